@@ -41,11 +41,11 @@ Happened AlarmState::take_shown() {
 }
 
 std::int64_t AlarmState::packed() const {
-  return (active_ ? 1 : 0) | (raised_ ? 2 : 0) | (unacked_ ? 4 : 0) | (out_of_service_ ? 8 : 0);
+  return (active_ ? kPackedActive : 0) | (raised_ ? 2 : 0) | (unacked_ ? 4 : 0) | (out_of_service_ ? 8 : 0);
 }
 
 void AlarmState::unpack(std::int64_t packed, std::optional<core::TimeNs> shelved_until_ns) {
-  active_ = (packed & 1) != 0;
+  active_ = (packed & kPackedActive) != 0;
   raised_ = (packed & 2) != 0;
   unacked_ = (packed & 4) != 0;
   out_of_service_ = (packed & 8) != 0;

@@ -79,6 +79,7 @@ class AlarmState {
 
   /// What has to be kept over a restart, as a number; and back. Suppression is the plant's, which says it again.
   [[nodiscard]] std::int64_t packed() const;
+  static constexpr std::int64_t kPackedActive = 1;  ///< the bit of is_active()
   void unpack(std::int64_t packed, std::optional<core::TimeNs> shelved_until_ns);
 
  private:

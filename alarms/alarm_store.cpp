@@ -85,6 +85,7 @@ void AlarmStore::add(std::vector<Event> events, std::vector<Kept> states) {
 }
 
 void AlarmStore::run() {
+  std::string broken;  // what became of the file, until it is written again
   for (;;) {
     std::vector<Event> events;
     std::vector<Kept> states;
@@ -101,7 +102,7 @@ void AlarmStore::run() {
       events = events_;
       states = states_;
     }
-    const bool written = write(events, states);
+    const bool written = write(events, states, broken);
     const std::lock_guard lock(mutex_);
     if (written) {
       // WHY by number: others came meanwhile.
@@ -114,6 +115,7 @@ void AlarmStore::run() {
         });
       });
       if (std::exchange(in_trouble_, false)) said_ = "alarms: the history is written again";
+      if (!broken.empty()) said_ = "alarms: " + std::exchange(broken, {});
     } else if (!std::exchange(in_trouble_, true)) {
       const std::lock_guard database(database_mutex_);
       said_ = "alarms: the history cannot be written: " + database_.why() + "; it waits in memory";
@@ -122,15 +124,17 @@ void AlarmStore::run() {
   }
 }
 
-bool AlarmStore::write(const std::vector<Event>& events, const std::vector<Kept>& states) {
+bool AlarmStore::write(const std::vector<Event>& events, const std::vector<Kept>& states, std::string& said) {
   const std::lock_guard lock(database_mutex_);
-  std::string said;
-  if (!database_.is_open() && !database_.open(path_, kSchema, said)) return false;
+  if (!database_.is_open()) {
+    if (!database_.open(path_, kSchema, said)) return false;
+    shift_ = database_.number("SELECT max(number) FROM event");
+  }
   return database_.transact([&] {
     storage::Statement event(database_,
                              "INSERT OR REPLACE INTO event VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)");
     for (const Event& one : events) {
-      event.bind(1, one.number)
+      event.bind(1, one.number + shift_)
           .bind(2, one.utc_ns)
           .bind(3, one.alarm)
           .bind(4, static_cast<std::int64_t>(one.what))
@@ -150,9 +154,10 @@ bool AlarmStore::write(const std::vector<Event>& events, const std::vector<Kept>
       one.shelved_until_ns ? state.bind(3, *one.shelved_until_ns) : state.bind_null(3);
       if (!state.run()) return false;
     }
-    if (events.empty() || events.back().number % kCutAt > static_cast<std::int64_t>(events.size())) return true;
+    const std::int64_t last = events.empty() ? 0 : events.back().number + shift_;
+    if (events.empty() || last % kCutAt > static_cast<std::int64_t>(events.size())) return true;
     storage::Statement cut(database_, "DELETE FROM event WHERE number <= ?1");
-    return cut.bind(1, events.back().number - kMostEvents).run();
+    return cut.bind(1, last - kMostEvents).run();
   });
 }
 

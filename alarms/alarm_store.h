@@ -51,12 +51,14 @@ class AlarmStore {
  private:
   void open(std::string& said);
   void run();
-  /// False: it was not written.
-  bool write(const std::vector<Event>& events, const std::vector<Kept>& states);
+  /// False: it was not written. `said`: what became of a file that was broken.
+  bool write(const std::vector<Event>& events, const std::vector<Kept>& states, std::string& said);
 
   std::string path_;
   std::mutex database_mutex_;
   storage::Database database_;
+  /// Of numbers in the file: where it could be opened later only, events have been counted from 1 on.
+  std::int64_t shift_ = 0;
   std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<Event> events_;

@@ -39,19 +39,17 @@ int rank_of(State state) {
 
 Alarms::Alarms(runtime::Resource& resource, std::vector<Definition> definitions, bool recorded,
                core::Diagnostics& diagnostics)
-    : image_(resource.image()), reader_(resource.globals()) {
+    : image_(resource.image()), globals_(resource.globals()), reader_(resource.globals()) {
   by_task_.resize(image_.tasks.size());
   for (Definition& definition : definitions) add(resource, std::move(definition), recorded, diagnostics);
   add_blocks(resource, recorded, diagnostics);
 }
 
 void Alarms::place_look(Look look) {
-  if (look.watched.tasks.empty()) {
-    by_time_.push_back(std::move(look));
-    return;
-  }
-  needs_scans_ = true;
-  for (const std::uint32_t task : look.watched.tasks) by_task_[task].push_back(look);
+  const std::optional<std::uint32_t> task = look.watched.task;
+  needs_scans_ = needs_scans_ || task;
+  Looks& looks = task ? by_task_[*task].looks : by_time_;
+  (look.suppresses ? looks.suppressions : looks.conditions).push_back(std::move(look));
 }
 
 void Alarms::add(runtime::Resource& resource, Definition definition, bool recorded, core::Diagnostics& diagnostics) {
@@ -129,66 +127,110 @@ void Alarms::restore(const std::vector<Kept>& all, std::int64_t last_number) {
     Item* const item = find(kept.alarm);
     if (item == nullptr) continue;
     item->state.unpack(kept.packed, kept.shelved_until_ns);
+    // It was suppressed, and nobody has seen it: it begins when the plant suppresses it no more.
+    if (item->state.is_active() && item->state.state() == State::kNormal) {
+      item->state.unpack(kept.packed & ~AlarmState::kPackedActive, kept.shelved_until_ns);
+    }
     item->condition.restore(item->state.is_active());
     item->raised.utc_ns = kept.raised_utc_ns;
   }
 }
 
-void Alarms::after_scan(const shadow::ReplicaSet& replicas, const shadow::ObservedScan& scan) {
-  const std::vector<Look>& looks = by_task_[scan.task];
-  if (looks.empty()) return;
-  const std::lock_guard lock(mutex_);
-  const Stamp stamp{scan.now_ns, scan.utc_ns, scan.task, scan.scan};
-  for (const Look& one : looks) {
-    const runtime::Place& place = one.watched.place;
-    const std::optional<Ports>& ports = items_[one.item].ports;
-    look(one, base_of(replicas, place.task) + place.offset, stamp,
-         ports ? base_of(replicas, ports->place.task) + ports->place.offset : nullptr);
+template <class ReadOf>
+void Alarms::look_at(const Looks& looks, const Stamp& stamp, ReadOf read_of) {
+  // What begins together with its suppression is not seen, nor what ends together with it.
+  for (const bool is : {true, false}) {
+    for (const Look& one : looks.suppressions) {
+      const Read read = read_of(one);
+      if (read.value != nullptr && (number_at(read.value, one.watched.type) != 0) == is) {
+        suppress(items_[one.item], is, stamp);
+      }
+    }
+    if (!is) break;
+    for (const Look& one : looks.conditions) {
+      const Read read = read_of(one);
+      if (read.value != nullptr) look(items_[one.item], number_at(read.value, one.watched.type), read.ports, stamp);
+    }
   }
 }
 
-void Alarms::look(const Look& look, const std::byte* from, const Stamp& stamp, const std::byte* ports) {
-  Item& item = items_[look.item];
-  const double value = number_at(from, look.watched.type);
-  if (look.suppresses) {
-    if ((value != 0) == item.state.is_suppressed()) return;
-    item.state.suppress(value != 0);
-    happened(item, value != 0 ? Happened::kSuppressed : Happened::kUnsuppressed, stamp);
-    happened(item, item.state.take_shown(), stamp);
-    return;
-  }
+void Alarms::after_scan(const shadow::ReplicaSet& replicas, const shadow::ObservedScan& scan) {
+  TaskLooks& mine = by_task_[scan.task];
+  if (mine.looks.empty()) return;
+  const std::lock_guard lock(mutex_);
+  mine.quiet_since_ns.reset();
+  if (mine.by_time) return;
+  look_at(mine.looks, {scan.now_ns, scan.utc_ns, scan.task, scan.scan}, [&](const Look& one) {
+    const runtime::Place& place = one.watched.place;
+    const std::optional<Ports>& ports = items_[one.item].ports;
+    return Read{base_of(replicas, place.task) + place.offset,
+                ports ? base_of(replicas, ports->place.task) + ports->place.offset : nullptr};
+  });
+}
+
+void Alarms::suppress(Item& item, bool is, const Stamp& stamp) {
+  if (is == item.state.is_suppressed()) return;
+  item.state.suppress(is);
+  happened(item, is ? Happened::kSuppressed : Happened::kUnsuppressed, stamp);
+  happened(item, item.state.take_shown(), stamp);
+}
+
+void Alarms::look(Item& item, double value, const std::byte* ports, const Stamp& stamp) {
   item.looked_ns = stamp.now_ns;
   if (ports == nullptr) item.shown_value = value;
-  if (!item.condition.update(item.definition, value, stamp.now_ns)) return;
-  if (ports != nullptr && item.condition.is()) {
-    const Ports& at = *item.ports;
-    Definition& definition = item.definition;
-    definition.text = text_at(ports + at.text, at.text_capacity);
-    definition.category = text_at(ports + at.category, at.category_capacity);
-    definition.group = text_at(ports + at.group, at.group_capacity);
-    const auto priority = static_cast<int>(number_at(ports + at.priority, core::TypeId::kUsint));
-    definition.priority = static_cast<Priority>(std::clamp(priority, 1, 4) - 1);
-    definition.latch = number_at(ports + at.latch, core::TypeId::kBool) != 0;
-    item.shown_value = number_at(ports + at.value, core::TypeId::kLreal);
+  const bool changed = item.condition.update(item.definition, value, stamp.now_ns);
+  // Once in any case: one that goes on since before a restart does not begin.
+  if (ports != nullptr && (!std::exchange(item.pins_read, true) || (changed && item.condition.is()))) {
+    read_pins(item, ports);
   }
-  happened(item, item.state.condition(item.condition.is(), item.definition.latch), stamp);
+  if (changed) happened(item, item.state.condition(item.condition.is(), item.definition.latch), stamp);
+}
+
+void Alarms::read_pins(Item& item, const std::byte* ports) {
+  const Ports& at = *item.ports;
+  Definition& definition = item.definition;
+  definition.text = text_at(ports + at.text, at.text_capacity);
+  definition.category = text_at(ports + at.category, at.category_capacity);
+  definition.group = text_at(ports + at.group, at.group_capacity);
+  const auto priority = static_cast<int>(number_at(ports + at.priority, core::TypeId::kUsint));
+  definition.priority = static_cast<Priority>(std::clamp(priority, 1, 4) - 1);
+  definition.latch = number_at(ports + at.latch, core::TypeId::kBool) != 0;
+  item.shown_value = number_at(ports + at.value, core::TypeId::kLreal);
+}
+
+void Alarms::look_by_time(const Looks& looks, const Stamp& stamp) {
+  std::array<std::byte, 8> bytes{};
+  std::vector<std::byte> block;
+  look_at(looks, stamp, [&](const Look& one) {
+    // What a task had for itself ended with it.
+    if (!one.watched.is_global()) return Read{};
+    reader_.read(one.watched.place.offset, bytes_of(one.watched.type), bytes.data());
+    const std::optional<Ports>& ports = items_[one.item].ports;
+    if (!ports) return Read{bytes.data(), nullptr};
+    block.resize(image_.types[ports->place.type].size);
+    reader_.read(ports->place.offset, static_cast<std::uint32_t>(block.size()), block.data());
+    return Read{bytes.data(), block.data()};
+  });
+}
+
+/// Globals of a task that has stopped have safe values, or those that others write: nothing of it is to come any more.
+void Alarms::look_after_stopped(const Stamp& stamp) {
+  for (std::uint32_t task = 0; task < by_task_.size(); ++task) {
+    TaskLooks& one = by_task_[task];
+    if (one.looks.empty() || !globals_.has_stopped(task)) continue;
+    if (!one.quiet_since_ns) one.quiet_since_ns = stamp.now_ns;
+    // Its last scans are known so much later.
+    one.by_time = one.by_time || stamp.now_ns - *one.quiet_since_ns > kBehindNs;
+    if (one.by_time) look_by_time(one.looks, stamp);
+  }
 }
 
 void Alarms::service(core::TimeNs now_ns, core::TimeNs utc_ns) {
   const std::lock_guard lock(mutex_);
   const Stamp stamp{now_ns, utc_ns, std::nullopt, 0};
   reader_.take();
-  std::array<std::byte, 8> bytes{};
-  std::vector<std::byte> block;
-  for (const Look& one : by_time_) {
-    reader_.read(one.watched.place.offset, bytes_of(one.watched.type), bytes.data());
-    const std::optional<Ports>& ports = items_[one.item].ports;
-    if (ports) {
-      block.resize(image_.types[ports->place.type].size);
-      reader_.read(ports->place.offset, static_cast<std::uint32_t>(block.size()), block.data());
-    }
-    look(one, bytes.data(), stamp, ports ? block.data() : nullptr);
-  }
+  look_by_time(by_time_, stamp);
+  look_after_stopped(stamp);
   for (Item& item : items_) {
     if (item.condition.waits() && now_ns - item.looked_ns > kBehindNs &&
         item.condition.pass(item.definition, now_ns - kBehindNs)) {

@@ -2,7 +2,8 @@
 // in the scan in which it did; never in a cycle.
 //
 // In: definitions, instances of the block ALARM in the image, scans, what people do. Out: what is the case, events for
-// the history. Globals that no task has, and all globals when nothing is recorded, are looked at with service().
+// the history. Globals that no task has or whose task has stopped, and all globals when nothing is recorded, are looked
+// at with service(). A global of several tasks is looked at after scans of the fastest of them (watch.h).
 // Threads: after_scan() that of the shadow; the rest any. Does not belong here: keeping (alarm_store.h), calls.
 #pragma once
 
@@ -25,7 +26,7 @@ namespace plc::alarms {
 
 /// When and where something happened.
 struct Stamp {
-  core::TimeNs now_ns = 0;  ///< by the clock of the plant
+  core::TimeNs now_ns = 0;  ///< by the clock of the programs
   core::TimeNs utc_ns = 0;
   std::optional<std::uint32_t> task;  ///< nothing: between scans, by a person or a timer
   std::uint64_t scan = 0;             ///< of that task
@@ -77,14 +78,16 @@ class Alarms final : public shadow::ScanObserver {
   void restore(const std::vector<Kept>& all, std::int64_t last_number);
 
   void after_scan(const shadow::ReplicaSet& replicas, const shadow::ObservedScan& scan) override;
-  /// About every 100 ms: globals beside the scans, delays while no scan comes, shelves that end.
+  /// About every 100 ms: globals beside the scans, those of tasks that have stopped by a fault, delays while no scan
+  /// comes, shelves that end. `now_ns`: by the clock of the programs, as that of scans
+  /// (RealtimeScheduler::program_ns()).
   void service(core::TimeNs now_ns, core::TimeNs utc_ns);
 
   /// Those that are not normal, the ones that need somebody first; or all.
   [[nodiscard]] std::vector<View> list(bool all) const;
   struct Deed {
     std::string user, comment;
-    core::TimeNs utc_ns = 0, now_ns = 0;
+    core::TimeNs utc_ns = 0, now_ns = 0;  ///< as of service()
   };
   /// How many were acknowledged. An empty list: all.
   std::size_t acknowledge(const std::vector<std::string>& names, const Deed& deed);
@@ -114,13 +117,28 @@ class Alarms final : public shadow::ScanObserver {
     core::TimeNs looked_ns = 0;
     double shown_value = 0;
     std::string user, comment;
-    bool changed = false;  ///< since it was kept
+    bool changed = false;    ///< since it was kept
+    bool pins_read = false;  ///< those of an instance of ALARM, since the start
   };
   /// What is to be read: the variable of an alarm, or what suppresses it.
   struct Look {
     std::size_t item = 0;
     Watched watched;
     bool suppresses = false;
+  };
+  struct Looks {
+    std::vector<Look> suppressions, conditions;
+    [[nodiscard]] bool empty() const { return suppressions.empty() && conditions.empty(); }
+  };
+  struct TaskLooks {
+    Looks looks;
+    std::optional<core::TimeNs> quiet_since_ns;  ///< no scan since it was seen that the task has stopped
+    bool by_time = false;                        ///< it has stopped, and all its scans are known
+  };
+  /// Where the value of a look lies, and the instance of ALARM that it is of. Null: it cannot be read.
+  struct Read {
+    const std::byte* value = nullptr;
+    const std::byte* ports = nullptr;
   };
   struct Member {
     std::size_t item = 0;
@@ -134,7 +152,15 @@ class Alarms final : public shadow::ScanObserver {
   void add(runtime::Resource& resource, Definition definition, bool recorded, core::Diagnostics& diagnostics);
   void add_blocks(runtime::Resource& resource, bool recorded, core::Diagnostics& diagnostics);
   void place_look(Look look);
-  void look(const Look& look, const std::byte* from, const Stamp& stamp, const std::byte* ports);
+  /// Looks at all values of one moment; `read_of(look)` gives a Read.
+  template <class ReadOf>
+  void look_at(const Looks& looks, const Stamp& stamp, ReadOf read_of);
+  /// Looks at the globals of the table of the plant, as reader_ has taken it.
+  void look_by_time(const Looks& looks, const Stamp& stamp);
+  void look_after_stopped(const Stamp& stamp);
+  void suppress(Item& item, bool is, const Stamp& stamp);
+  void look(Item& item, double value, const std::byte* ports, const Stamp& stamp);
+  static void read_pins(Item& item, const std::byte* ports);
   void happened(Item& item, Happened what, const Stamp& stamp, const Deed* deed = nullptr);
   void enter_group(std::size_t item);
   [[nodiscard]] std::uint32_t order_of(std::size_t item) const;
@@ -142,11 +168,12 @@ class Alarms final : public shadow::ScanObserver {
   [[nodiscard]] std::string task_name(const Stamp& stamp) const;
 
   const bytecode::Image& image_;
+  const runtime::GlobalTable& globals_;
   runtime::GlobalReader reader_;
   mutable std::mutex mutex_;
   std::vector<Item> items_;
-  std::vector<std::vector<Look>> by_task_;  ///< after scans of each task
-  std::vector<Look> by_time_;               ///< with service()
+  std::vector<TaskLooks> by_task_;  ///< after scans of each task
+  Looks by_time_;                   ///< with service()
   std::vector<Group> groups_;
   std::vector<Event> events_;
   std::int64_t last_number_ = 0;

@@ -1,6 +1,9 @@
 #include "alarms/watch.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <vector>
 
 #include "core/utf8.h"
 #include "core/windows_1252.h"
@@ -20,20 +23,28 @@ double load(const std::byte* from) {
   return static_cast<double>(value);
 }
 
-/// Those that publish the global, else those that take it in.
-std::vector<std::uint32_t> tasks_of(const runtime::Resource& resource, std::uint32_t offset) {
+/// The fastest of those that publish the global, else of those that take it in.
+// WHY one: replicas execute the scans of one task after those of another, so that the values of several would come in
+// another order than in the plant.
+std::optional<std::uint32_t> task_of(const runtime::Resource& resource, std::uint32_t offset) {
   const bytecode::Image& image = resource.image();
   const std::uint32_t field = resource.globals().field_of(offset);
   std::vector<std::uint32_t> tasks = resource.globals().exporters(field);
-  if (!tasks.empty()) return tasks;
-  for (std::uint32_t t = 0; t < image.tasks.size(); ++t) {
+  const bool published = !tasks.empty();
+  for (std::uint32_t t = 0; !published && t < image.tasks.size(); ++t) {
     for (const runtime::FieldRange& range : runtime::exchanged_ranges(image, image.tasks[t].body)) {
       if (field < range.first || field >= range.first + range.count) continue;
       tasks.push_back(t);
       break;
     }
   }
-  return tasks;
+  const auto pace = [&image](std::uint32_t task) {
+    return image.tasks[task].single.empty() ? image.tasks[task].period_ns : INT64_MAX;
+  };
+  const auto fastest =
+      std::min_element(tasks.begin(), tasks.end(), [&](std::uint32_t a, std::uint32_t b) { return pace(a) < pace(b); });
+  if (fastest == tasks.end()) return std::nullopt;
+  return *fastest;
 }
 
 }  // namespace
@@ -47,16 +58,16 @@ core::Result<Watched> watch(runtime::Resource& resource, std::string_view path, 
     return core::Problem{core::Code::P7102, "\"" + std::string(path) + "\" is a text or a date",
                          "take a BOOL, a number, a duration or an enumeration"};
   }
-  Watched watched{*place, type.elementary, {}};
+  Watched watched{*place, type.elementary, std::nullopt};
   if (!watched.is_global()) {
     if (!recorded) {
       return core::Problem{core::Code::P7720,
                            "\"" + std::string(path) + "\" is a variable of a task, and scans are not recorded",
                            "make it a global, or leave [record] mode on"};
     }
-    watched.tasks = {place->task};
+    watched.task = place->task;
   } else if (recorded) {
-    watched.tasks = tasks_of(resource, place->offset);
+    watched.task = task_of(resource, place->offset);
   }
   return watched;
 }

@@ -7,9 +7,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/result.h"
 #include "runtime/access.h"
@@ -19,8 +19,8 @@ namespace plc::alarms {
 struct Watched {
   runtime::Place place;
   core::TypeId type = core::TypeId::kBool;
-  /// Tasks whose scans change it, as replicas know it; none: a global that no task has, or nothing is recorded.
-  std::vector<std::uint32_t> tasks;
+  /// After whose scans it is looked at in replicas; none: a global that no task has, or nothing is recorded.
+  std::optional<std::uint32_t> task;
   [[nodiscard]] bool is_global() const { return place.task == runtime::Place::kGlobal; }
 };
 

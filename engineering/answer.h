@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/diagnostics.h"
 #include "core/result.h"
@@ -51,7 +52,8 @@ class Answer {
   void set_cookie(std::string secret);
   [[nodiscard]] bool sets_cookie() const { return sets_cookie_; }
   [[nodiscard]] const std::string& cookie() const { return cookie_; }
-  [[nodiscard]] const std::string& file() const { return file_; }
+  /// The bytes, which may be many: they are not there any more afterwards.
+  [[nodiscard]] std::string take_file() { return std::exchange(file_, {}); }
   [[nodiscard]] const std::string& file_name() const { return file_name_; }
   /// Of a picture; otherwise empty.
   [[nodiscard]] const std::string& file_type() const { return file_type_; }

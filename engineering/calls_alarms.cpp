@@ -9,6 +9,7 @@
 #include "engineering/context.h"
 #include "engineering/subjects.h"
 #include "log/format.h"
+#include "runtime/sched/realtime.h"
 
 namespace plc::engineering {
 namespace {
@@ -104,7 +105,8 @@ void list(Context& context, const Caller&, const Json& request, Answer& answer) 
 }
 
 alarms::Alarms::Deed deed_of(const Context& context, const Caller& caller, const Json& request, const char* comment) {
-  return {caller.user, request.value(comment, ""), context.calendar.utc_ns(), context.clock.now_ns()};
+  return {caller.user, request.value(comment, ""), context.calendar.utc_ns(),
+          context.scheduler.program_ns(context.clock.now_ns())};
 }
 
 /// Whether there is an alarm of this name; else the answer says so.

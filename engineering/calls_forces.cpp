@@ -79,8 +79,11 @@ void set(Context& context, const Caller& caller, const Json& request, Answer& an
   force.owner = caller.user;
   force.reason = request["reason"].get<std::string>();
   force.since_ns = context.calendar.utc_ns();
-  if (request.contains("seconds"))
-    force.until_ns = force.since_ns + request["seconds"].get<core::TimeNs>() * 1'000'000'000;
+  if (request.contains("seconds")) {
+    const core::TimeNs rest_ns = request["seconds"].get<core::TimeNs>() * 1'000'000'000;
+    force.until_ns = force.since_ns + rest_ns;
+    force.until_mono_ns = context.clock.now_ns() + rest_ns;
+  }
   force.kept = request.value("warm", false);
   if (force.kept && context.folder.empty()) {
     return answer.refuse(409, core::Code::P7701, "there is no folder in which a force could be kept", "warm",

@@ -132,8 +132,8 @@ void scans(Context& context, const Caller&, const Json& request, Answer& answer)
     if (!watched) return answer.refuse(watched.error(), "tags");
     wanted.push_back(std::move(*watched));
   }
-  // The clock of the plant is another one than that of people.
-  const core::TimeNs ahead_ns = context.calendar.utc_ns() - context.clock.now_ns();
+  // Programs have another clock than people, and after a start with retained values another one than the machine.
+  const core::TimeNs ahead_ns = context.calendar.utc_ns() - context.scheduler.program_ns(context.clock.now_ns());
   const auto time = [&](const char* name) {
     return static_cast<core::TimeNs>(std::clamp(request[name].get<double>(), 0.0, kFarS) * 1e9) - ahead_ns;
   };
@@ -192,7 +192,7 @@ constexpr Call kCalls[] = {
      .response = kScansAnswer,
      .example = R"({"tags": ["Level", "Running"], "from": 0, "to": 9000000000})",
      .run = scans,
-     .thread = Thread::kFiles},
+     .thread = Thread::kPast},
 };
 
 }  // namespace

@@ -91,8 +91,16 @@ bool password_is_right(Context& context, const std::string& name, const std::str
   return false;
 }
 
+/// Refused when the user is not any more who the password was checked of.
 void begin_session(Context& context, const User& user, const Caller& caller, bool token, Answer& answer) {
   std::string secret = context.sessions.begin(user.name, user.role, caller.address, context.clock.now_ns());
+  // WHY after it began: who removes or changes a user ends the sessions that there are by then.
+  const auto now = context.users.find(user.name);
+  if (!now || now->role != user.role || now->password != user.password) {
+    context.sessions.end(secret);
+    context.audit.add(user.name, caller.address, "login.refused", Json::object());
+    return answer.refuse(401, Code::P7712, "wrong user or password");
+  }
   context.audit.add(user.name, caller.address, "login", Json::object());
   answer.body()["user"] = user.name;
   answer.body()["role"] = right_text(user.role);

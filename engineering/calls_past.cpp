@@ -212,7 +212,8 @@ void why(Context& context, const Caller&, const Json& request, Answer& answer) {
   const auto scan = scan_of(request, asked);
   if (!scan) return refuse_scan(answer);
   const auto links = shadow::cause_of(*asked.view->past, asked.book->drawings, asked.instance.task, *scan,
-                                      asked.instance.at, request["name"].get<std::string>(), kCauseLimit);
+                                      asked.instance.at, request["name"].get<std::string>(), kCauseLimit,
+                                      context.program == nullptr ? nullptr : &context.program->ending);
   if (links.empty()) {
     return answer.refuse(
         {Code::P7742, "this is no BOOL that has a name here", "ask for the variable of a contact or coil"}, "name");

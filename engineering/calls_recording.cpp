@@ -1,6 +1,7 @@
 // Recorded scans: calls of the subject "recording".
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "engineering/answer.h"
@@ -17,6 +18,9 @@ using core::Code;
 
 constexpr std::int64_t kMostTraced = 64;
 constexpr std::int64_t kMostRows = 1'000'000;
+/// WHY: the memory of plc-run is locked, and the kernel ends who takes more than there is: control, too.
+constexpr std::size_t kMostBytes = 64'000'000;
+constexpr double kFarS = 1e9;  // so that nanoseconds fit, also when they are added to a time
 
 void refuse_without(Answer& answer) {
   answer.refuse({Code::P7720, "nothing is recorded", "[record] mode in plc.toml, or --record, is off"});
@@ -65,7 +69,7 @@ constexpr Field kTraceRequest[] = {
 };
 
 core::TimeNs nanoseconds(const Json& request, const char* name, double otherwise) {
-  return static_cast<core::TimeNs>(request.value(name, otherwise) * 1e9);
+  return static_cast<core::TimeNs>(std::clamp(request.value(name, otherwise), 0.0, kFarS) * 1e9);
 }
 
 void trace(Context& context, const Caller&, const Json& request, Answer& answer) {
@@ -92,6 +96,8 @@ void trace(Context& context, const Caller&, const Json& request, Answer& answer)
   wanted.until_ns = (*player)->end_ns().value_or(0);
   wanted.from_ns = wanted.until_ns - nanoseconds(request, "seconds", 10);
   wanted.most_rows = kMostRows;
+  wanted.most_bytes = kMostBytes;
+  if (context.program != nullptr) wanted.ending = &context.program->ending;
   if (request.contains("trigger")) {
     const std::string edge = request.value("edge", "rising");
     wanted.trigger = shadow::Trigger{request["trigger"].get<std::string>(),
@@ -104,7 +110,7 @@ void trace(Context& context, const Caller&, const Json& request, Answer& answer)
   }
   auto made = shadow::trace(**player, wanted);
   if (!made) return answer.refuse(made.error(), "paths");
-  answer.give_file(std::move(made->csv), "trace.csv");
+  answer.give_file(std::move(made->csv), made->cut ? "trace-cut.csv" : "trace.csv");
 }
 
 constexpr Call kCalls[] = {
@@ -126,7 +132,8 @@ constexpr Call kCalls[] = {
      .path = "/api/trace",
      .doc =
          "Values of variables in every scan of a task, as CSV, from the scans that are in memory: chosen afterwards. "
-         "Columns: scan, time_ms, one for each variable; time counts from the first row, or from the trigger.",
+         "Columns: scan, time_ms, one for each variable; time counts from the first row, or from the trigger. "
+         "At most 1,000,000 rows and 64 MB: what is later is left out, and the file is called trace-cut.csv.",
      .request = kTraceRequest,
      .example = R"({"paths": ["%QX0.0"], "seconds": 1})",
      .run = trace,

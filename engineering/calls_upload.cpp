@@ -57,10 +57,15 @@ void upload(Context& context, const Caller& caller, const Json& request, Answer&
     }
     signer = key->name;
   }
+  const auto ends = [&] {
+    answer.refuse(409, Code::P7755, "nothing is uploaded now: another program starts, or plc-run ends");
+  };
+  if (control.ending) return ends();
   auto stored = store->put(bytes, caller.user, context.calendar.utc_ns(), [&](const std::string& file) {
     return control.check ? control.check(file) : std::string();
   });
   if (!stored) {
+    if (control.ending) return ends();
     if (stored.error().code == Code::P7750)
       return refuse(Code::P7750, stored.error().message, "image", stored.error().help);
     return answer.refuse(stored.error());
@@ -90,14 +95,22 @@ void store_project(Context& context, const Caller& caller, const Json& request, 
   answer.body() = {{"program", program_json(*stored)}};
 }
 
-/// Refused when something else is under way.
-bool ask(Context& context, ProgramControl::Wish wish, Answer& answer) {
+/// Refused when the program forbids it, or something else is under way.
+bool may_ask(Context& context, bool start, Answer& answer) {
   if (context.no_program != nullptr && context.no_program->holds()) {
     answer.refuse(409, Code::P7756, context.no_program->path() + " is TRUE: no program is started or stopped now");
     return false;
   }
-  if (context.program->ask(std::move(wish))) return true;
+  if (context.program->may_ask(start)) return true;
   answer.refuse(409, Code::P7755, "nothing can be started or stopped now: another program starts, or plc-run ends");
+  return false;
+}
+
+/// Likewise; else it is a wish from now on.
+bool ask(Context& context, ProgramControl::Wish wish, Answer& answer) {
+  if (!may_ask(context, wish.start, answer)) return false;
+  if (context.program->ask(std::move(wish))) return true;
+  answer.refuse(409, Code::P7755, "nothing can be started or stopped now: something else is under way");
   return false;
 }
 
@@ -119,6 +132,8 @@ void start(Context& context, const Caller& caller, const Json& request, Answer& 
   if (request.contains("image") && request["image"] != image) {
     return answer.refuse(409, Code::P7755, "the program that would start is " + image, "image");
   }
+  // WHY before the files: they let go of the program that a trial would give way to.
+  if (!may_ask(context, true, answer)) return;
   // The wish comes after the files: with a loss of power between, the next start takes the new program.
   if (waits) {
     const std::vector<std::byte> running = bytecode::save(context.variables.image());

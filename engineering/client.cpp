@@ -66,6 +66,13 @@ class Link {
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
+  /// How long a step may take from here on; before, kPatienceMs.
+  void set_patience(int ms) {
+    const timeval patience{ms / 1000, ms % 1000 * 1000};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    ::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  }
+
   std::optional<Problem> open(const ServerUrl& url) {
     addrinfo wanted{};
     wanted.ai_socktype = SOCK_STREAM;
@@ -76,9 +83,7 @@ class Link {
     int why = 0;
     for (const addrinfo* at = found; at != nullptr; at = at->ai_next) {
       socket_ = ::socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC, at->ai_protocol);
-      timeval patience{Client::kPatienceMs / 1000, 0};
-      ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-      ::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+      set_patience(Client::kPatienceMs);
       if (::connect(socket_, at->ai_addr, at->ai_addrlen) == 0) return std::nullopt;
       why = errno;
       ::close(std::exchange(socket_, -1));
@@ -202,6 +207,7 @@ core::Result<Reply> Client::send(const Call& call, const Json& fields) {
   if (url_.secure) {
     if (auto problem = link.encrypt(url_, fingerprint_)) return *problem;
   }
+  link.set_patience(patience_ms(call));
   const bool get = call.method == Method::kGet;
   const Field* const file = file_field(call);
   Json in_query = get || file != nullptr ? fields : Json::object();

@@ -2,7 +2,7 @@
 //
 // In: "http://127.0.0.1:8061" or "https://..", a secret, calls with their fields. Out: what the server answers. A
 // certificate that nobody known has signed is taken by its fingerprint alone. Threads: one; blocks on the network, at
-// most kPatienceMs a step. Does not belong here: command lines, where secrets are kept (tools/plc/remote.cpp).
+// most patience_ms() a step. Does not belong here: command lines, where secrets are kept (tools/plc/remote.cpp).
 #pragma once
 
 #include <cstdint>
@@ -35,6 +35,9 @@ struct Reply {
 class Client {
  public:
   static constexpr int kPatienceMs = 10'000;
+  /// ..for the answer to a file: the server checks it for up to 60 s.
+  static constexpr int kFilePatienceMs = 70'000;
+  static int patience_ms(const Call& call) { return file_field(call) != nullptr ? kFilePatienceMs : kPatienceMs; }
 
   /// `secret`: of a session or token, or empty. `fingerprint`: of a certificate that is taken besides those with a
   /// known signer, or empty.

@@ -173,6 +173,8 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
       return send(Dispatcher::refusal(503, core::Code::P7713, "another client sends a file: one at a time"));
     }
     takes_file_ = most > kMostBodyBytes;
+    // WHY before its body: a file takes long, and who may send one does not give way meanwhile.
+    if (takes_file_) this->has_logged_in = true;
     if (parser_->content_length().value_or(0) > most) return give_up(http::error::body_limit);
     parser_->body_limit(most);
     parser_->eager(true);

@@ -236,18 +236,22 @@ ReadyCall Dispatcher::check(HttpRequest request) {
 }
 
 HttpResponse Dispatcher::run(ReadyCall& ready) const {
-  Answer answer;
   // WHY: a defect of a call, or memory that it does not get, must not end the process that runs the plant.
   try {
-    ready.call->run(context_, ready.caller, *ready.request, answer);
+    return response_to(ready);
   } catch (const std::exception& failed) {
     return refusal(500, Code::P9001, std::string(ready.call->name) + " failed: " + failed.what());
   }
+}
+
+HttpResponse Dispatcher::response_to(ReadyCall& ready) const {
+  Answer answer;
+  ready.call->run(context_, ready.caller, *ready.request, answer);
   if (answer.refused()) return response_of(answer.refusal());
   HttpResponse response;
   if (ready.call->form == Form::kFile) {
     response.content_type = "application/octet-stream";
-    response.body = answer.file();
+    response.body = answer.take_file();
     response.file_name = answer.file_name();
     if (!answer.file_type().empty()) {
       response.content_type = answer.file_type();

@@ -86,6 +86,8 @@ class Dispatcher {
   static HttpResponse refusal(int status, core::Code code, std::string text);
 
  private:
+  /// Throws what the call throws, and when there is no memory.
+  HttpResponse response_to(ReadyCall& ready) const;
   [[nodiscard]] Caller caller_of(const HttpRequest& request, bool& by_cookie) const;
   bool is_too_often(const std::string& address);
 

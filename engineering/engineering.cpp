@@ -23,11 +23,22 @@ namespace {
 constexpr core::TimeNs kAgainNs = 1'000'000'000;
 /// Between looks at recordings that nobody looks into any more.
 constexpr core::TimeNs kPastNs = 10'000'000'000;
+/// How soon limits that were changed in pages.toml by hand hold, whether or not somebody looks at a page.
+constexpr core::TimeNs kPagesNs = 5'000'000'000;
 
 Said said_of(const core::Problem& problem, core::Severity severity) {
   return {severity, fmt::format("engineering: {}: {}{}", core::info(problem.code).name, problem.message,
                                 problem.help.empty() ? "" : " (" + problem.help + ")")};
 }
+
+/// Work of another thread: it ends with this, also when it throws.
+struct Busy {
+  explicit Busy(std::atomic<bool>& flag) : busy(flag) {}
+  ~Busy() { busy = false; }
+  Busy(const Busy&) = delete;
+  Busy& operator=(const Busy&) = delete;
+  std::atomic<bool>& busy;
+};
 
 std::vector<std::string> names_of_machine(const Options& options) {
   std::array<char, 256> host{};
@@ -75,6 +86,7 @@ struct Engineering::State {
   void listen(std::vector<Said>& said);
   void say_code(std::vector<Said>& said);
   void write_audit(std::vector<Said>& said);
+  void forget_forces(std::vector<Said>& said);
   [[nodiscard]] std::string url() const;
 
   Options options;
@@ -106,11 +118,15 @@ struct Engineering::State {
   std::unique_ptr<Server> server;
   bool listening = false;
   std::string refusal;  ///< why not, as it was said
-  core::TimeNs next_ns = 0, past_ns = 0;
+  core::TimeNs next_ns = 0, past_ns = 0, pages_ns = 0;
   std::atomic<bool> writing{false};  ///< the audit
   std::mutex audit_mutex;
   std::string audit_problem;       ///< of the thread that writes
   std::string audit_problem_said;  ///< ..as it was said
+  bool confirmed = false;
+  /// Forces that were kept for a warm start are to be forgotten on the disk.
+  std::atomic<bool> forget{false}, forgetting{false};
+  std::string forget_problem, forget_problem_said;  ///< as those of the audit
 };
 
 /// Users, audit and certificate, once they can be had.
@@ -131,6 +147,11 @@ void Engineering::State::open(std::vector<Said>& said) {
     auto opened = Users::open(options.folder);
     if (!opened) return refused(opened.error());
     users = std::move(*opened);
+    // What the process before has handed over may be older than what became of its users.
+    sessions.keep_if([this](const Session& session) {
+      const auto user = users->find(session.user);
+      return user && user->role == session.role;
+    });
   }
   if (!audit) {
     std::string broken;
@@ -233,10 +254,10 @@ void Engineering::State::say_code(std::vector<Said>& said) {
 void Engineering::State::write_audit(std::vector<Said>& said) {
   if (!writing.exchange(true)) {
     const bool taken = server->post_file_work([this] {
+      const Busy done{writing};
       std::string why = audit->write_waiting();
       const std::lock_guard lock(audit_mutex);
       audit_problem = std::move(why);
-      writing = false;
     });
     if (!taken) writing = false;
   }
@@ -247,6 +268,25 @@ void Engineering::State::write_audit(std::vector<Said>& said) {
                                        : Said{core::Severity::kWarning,
                                               fmt::format("engineering: {}: the audit {}; records wait in memory",
                                                           core::info(core::Code::P7704).name, audit_problem)});
+}
+
+/// Once the program is confirmed: a disk that hangs holds up nothing here.
+void Engineering::State::forget_forces(std::vector<Said>& said) {
+  if (confirmed && forget && !forgetting.exchange(true)) {
+    const bool taken = server->post_file_work([this] {
+      const Busy done{forgetting};
+      forget = false;
+      std::string why = store_kept_forces(options.folder, forces.list());
+      if (!why.empty()) forget = true;
+      const std::lock_guard lock(audit_mutex);
+      forget_problem = std::move(why);
+    });
+    if (!taken) forgetting = false;
+  }
+  const std::lock_guard lock(audit_mutex);
+  if (forget_problem == forget_problem_said) return;
+  forget_problem_said = forget_problem;
+  if (!forget_problem.empty()) said.push_back({core::Severity::kWarning, "engineering: " + forget_problem});
 }
 
 Engineering::Engineering(Options options, Identity identity, runtime::Resource& resource, ValueSource& values,
@@ -272,7 +312,10 @@ void Engineering::take_over(std::string_view text) {
   if (state_->options.port == 0) state_->options.port = port;
 }
 
-std::string Engineering::handover() const { return handover_text(state_->sessions, port()); }
+std::string Engineering::handover() const {
+  const std::uint16_t had = state_->server ? state_->server->port() : std::uint16_t{0};
+  return handover_text(state_->sessions, had != 0 ? had : state_->options.port);
+}
 
 void Engineering::set_alarms(alarms::Alarms* alarms, alarms::AlarmStore* store) {
   state_->alarms = alarms;
@@ -285,16 +328,21 @@ void Engineering::note_devices(Devices devices) { state_->devices.put(std::move(
 
 Engineering::~Engineering() { stop(); }
 
-std::vector<Said> Engineering::force_again(bool warm) {
+std::vector<Said> Engineering::force_again(bool warm, bool trial) {
   std::vector<Said> said;
   if (warm) {
-    for (std::string& one : engineering::force_again(state_->options.folder, state_->calendar.utc_ns(), state_->forces))
+    for (std::string& one : engineering::force_again(state_->options.folder, state_->calendar.utc_ns(),
+                                                     state_->clock.now_ns(), state_->forces))
       said.push_back({core::Severity::kWarning, "engineering: " + std::move(one)});
+  } else if (trial) {
+    state_->forget = true;
   } else if (const std::string why = store_kept_forces(state_->options.folder, {}); !why.empty()) {
     said.push_back({core::Severity::kWarning, "engineering: " + why});
   }
   return said;
 }
+
+void Engineering::confirmed() { state_->confirmed = true; }
 
 std::vector<Said> Engineering::start() {
   std::vector<Said> said;
@@ -313,7 +361,9 @@ std::vector<Said> Engineering::start() {
 std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   std::vector<Said> said;
   State& state = *state_;
-  for (const runtime::Force& over : state.forces.expire(state.calendar.utc_ns())) {
+  for (const runtime::Force& over : state.forces.expire(state.clock.now_ns())) {
+    // WHY: it would be forced at the next warm start, if UTC is set back.
+    if (over.kept) state.forget = true;
     if (state.audit)
       state.audit->add(over.owner, {}, "forces.expire", Json{{"path", over.path}, {"value", over.value}});
   }
@@ -329,7 +379,12 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   if (!state.listening) return said;
   state.say_code(said);
   state.write_audit(said);
+  state.forget_forces(said);
   state.drawn.diagrams.rest();
+  if (now_ns >= state.pages_ns) {
+    state.pages_ns = now_ns + kPagesNs;
+    state.server->post_file_work([&state] { state.hmi.read(); });
+  }
   if (now_ns >= state.past_ns) {
     state.past_ns = now_ns + kPastNs;
     state.server->post_past_work([&state] { state.drawn.past.rest(state.clock.now_ns()); });
@@ -339,7 +394,11 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
 
 void Engineering::stop() {
   State& state = *state_;
+  if (state.program != nullptr) state.program->ending = true;
   if (state.server) state.server->stop();
+  // WHY not dropped: what this program was started without would be forced at the next warm start.
+  if (state.confirmed && state.forget.exchange(false))
+    static_cast<void>(store_kept_forces(state.options.folder, state.forces.list()));
   state.presses.stop();
   if (std::exchange(state.listening, false)) state.audit->write_waiting();
 }

@@ -57,10 +57,13 @@ class Engineering {
   void set_program(ProgramControl* control);
   /// What handover() of the server before gave; before start().
   void take_over(std::string_view text);
-  /// For the server that follows. Any time before stop().
+  /// For the server that follows. Any time; after stop() nobody logs in or out any more.
   [[nodiscard]] std::string handover() const;
   /// Before the tasks run. `warm`: what was forced to hold over such a start is forced again; else it is forgotten.
-  std::vector<Said> force_again(bool warm);
+  /// `trial`: ..on the disk after confirmed() alone, so that the program before has it if this one does not start.
+  std::vector<Said> force_again(bool warm, bool trial = false);
+  /// The program is on trial no more.
+  void confirmed();
   /// What there is beside it; before start(). They must outlive the server.
   void set_alarms(alarms::Alarms* alarms, alarms::AlarmStore* store);
   void set_historian(historian::Historian* historian);
@@ -70,6 +73,7 @@ class Engineering {
   std::vector<Said> start();
   /// About every 100 ms: what has happened since, and another try where something could not be had.
   std::vector<Said> service(core::TimeNs now_ns);
+  /// What takes long in a call is given up.
   void stop();
 
   /// The port listened on; 0 while it cannot be had.

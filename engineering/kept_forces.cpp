@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <exception>
 #include <nlohmann/json.hpp>
 
@@ -50,7 +51,8 @@ std::string store_kept_forces(const std::string& folder, const std::vector<runti
   return write_private_file(path_in(folder), all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-std::vector<std::string> force_again(const std::string& folder, core::TimeNs utc_ns, runtime::ForceList& forces) {
+std::vector<std::string> force_again(const std::string& folder, core::TimeNs utc_ns, core::TimeNs now_ns,
+                                     runtime::ForceList& forces) {
   std::vector<std::string> said;
   if (folder.empty()) return said;
   std::string why;
@@ -64,7 +66,11 @@ std::vector<std::string> force_again(const std::string& folder, core::TimeNs utc
     if (!json.is_array()) throw std::invalid_argument("no list");
     for (const Json& one : json) {
       runtime::Force force = force_of(one);
-      if (force.until_ns && *force.until_ns <= utc_ns) continue;
+      if (force.until_ns) {
+        if (*force.until_ns <= utc_ns) continue;
+        // WHY not more than it had at first: UTC may have been set back.
+        force.until_mono_ns = now_ns + *force.until_ns - std::max(utc_ns, force.since_ns);
+      }
       const std::string path = force.path;
       const auto made = forces.set(std::move(force));
       if (!made) said.push_back(fmt::format("{} is not forced any more: {}", path, made.error().message));

@@ -45,14 +45,21 @@ class ProgramControl {
   /// Whether the image in this file could run here: empty, or what was said about it. Blocks.
   std::function<std::string(const std::string& file)> check;
 
+  /// Another program starts, or plc-run ends: what takes long in a call gives up. Any thread.
+  std::atomic<bool> ending{false};
+
   /// Control stood for so long before this program; 0 = it did not. Any thread.
   std::atomic<core::TimeNs> stood_ns{0};
 
+  /// Whether a wish for a start, or a stop, would be taken. Any thread.
+  [[nodiscard]] bool may_ask(bool start) const {
+    const std::lock_guard lock(mutex_);
+    return is_free(start);
+  }
   /// False when something is under way. Any thread.
   bool ask(Wish wish) {
     const std::lock_guard lock(mutex_);
-    const State now = state_.load();
-    if (wish_ || now == State::kEnds || now == State::kTrial || (!wish.start && now == State::kStopped)) return false;
+    if (!is_free(wish.start)) return false;
     wish_ = std::move(wish);
     return true;
   }
@@ -60,13 +67,22 @@ class ProgramControl {
   std::optional<Wish> take(core::TimeNs now_ns) {
     const std::lock_guard lock(mutex_);
     if (!wish_ || now_ns - wish_->at_ns < kAnswerNs) return std::nullopt;
+    if (wish_->start) {
+      state_ = State::kEnds;  // here: no other wish gets in between
+      ending = true;
+    }
     return std::exchange(wish_, std::nullopt);
   }
   void set_state(State state) { state_.store(state); }
   [[nodiscard]] State state() const { return state_.load(); }
 
  private:
-  std::mutex mutex_;
+  [[nodiscard]] bool is_free(bool start) const {
+    const State now = state_.load();
+    return !wish_ && now != State::kEnds && now != State::kTrial && (start || now != State::kStopped);
+  }
+
+  mutable std::mutex mutex_;
   std::optional<Wish> wish_;
   std::atomic<State> state_{State::kRuns};
 };

@@ -4,14 +4,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <vector>
 
+#include "core/text.h"
 #include "engineering/call.h"
 #include "engineering/secrets.h"
 #include "engineering/state_files.h"
-#include "engineering/tar.h"
 
 namespace plc::engineering {
 namespace {
@@ -20,7 +22,9 @@ namespace fs = std::filesystem;
 using core::Code;
 using core::Problem;
 
-constexpr std::size_t kMostBytes = 64'000'000;
+/// Of source files, as sources/folder.h reads them; and what lists them.
+constexpr std::array<std::string_view, 9> kSources = {".plcproj", ".TcPOU", ".TcGVL", ".TcDUT", ".TcIO",
+                                                      ".TcTTO",   ".st",    ".iecst", ".exp"};
 constexpr const char* kImage = ".pbc";
 constexpr const char* kProject = ".project";
 /// An image that is being looked at.
@@ -100,6 +104,7 @@ std::string ProgramStore::replace(Chosen next) {
   const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   if (std::string why = write_private_file(folder_ + "/chosen.json", text); !why.empty()) return why;
   chosen_ = std::move(next);
+  unkept_ = false;
   sweep();
   return {};
 }
@@ -122,44 +127,68 @@ void ProgramStore::sweep() const {
 
 core::Result<std::optional<ProgramStore::Choice>> ProgramStore::choose(core::TimeNs utc_ns) {
   const std::lock_guard lock(mutex_);
-  if (chosen_.trial && chosen_.tried) {
-    Chosen next = chosen_;
-    next.failed = FailedStart{*chosen_.trial, "it ended before it had run for a second", utc_ns};
-    next.trial.reset();
-    if (std::string why = replace(std::move(next)); !why.empty()) return not_kept(std::move(why));
-  }
-  Choice choice;
+  if (chosen_.trial && chosen_.tried) give_up("it ended before it had run for a second", utc_ns);
   if (chosen_.trial) {
-    Chosen next = chosen_;
-    next.tried = true;
-    if (std::string why = replace(std::move(next)); !why.empty()) return not_kept(std::move(why));
-    choice = {*chosen_.trial, {}, chosen_.start, true};
-  } else if (chosen_.runs) {
-    choice.program = *chosen_.runs;
-  } else {
-    return std::optional<Choice>();
+    std::string why = damage_of(*chosen_.trial);
+    if (why.empty()) {
+      // WHY first: what is tried without that being on the disk would be tried again after each loss of power.
+      Chosen next = chosen_;
+      next.tried = true;
+      why = replace(std::move(next));
+    }
+    if (why.empty()) return std::optional(Choice{*chosen_.trial, image_file(*chosen_.trial), chosen_.start, true});
+    give_up("it was not tried: " + why, utc_ns);
   }
-  choice.file = image_file(choice.program);
-  std::string why;
-  const auto bytes = read_whole_file(choice.file, why);
-  if (!bytes && why.empty()) why = "there is no file " + choice.file;
-  if (bytes && sha256(*bytes) != choice.program.image) why = choice.file + " is damaged";
-  if (why.empty()) return std::optional(std::move(choice));
-  return Problem{Code::P7753, why, "delete the folder " + folder_ + " to run FILE again"};
+  if (!chosen_.runs) return std::optional<Choice>();
+  if (std::string why = damage_of(*chosen_.runs); !why.empty())
+    return Problem{Code::P7753, std::move(why), "delete the folder " + folder_ + " to run FILE again"};
+  return std::optional(Choice{*chosen_.runs, image_file(*chosen_.runs), {}, false});
 }
 
-std::string ProgramStore::confirm() {
+void ProgramStore::give_up(std::string why, core::TimeNs utc_ns) {
+  Chosen next = chosen_;
+  next.failed = FailedStart{*chosen_.trial, std::move(why), utc_ns};
+  next.trial.reset();
+  next.tried = false;
+  if (replace(next).empty()) return;
+  chosen_ = std::move(next);
+  unkept_ = true;
+}
+
+bool ProgramStore::tries(std::string_view image) const {
+  return chosen_.tried && chosen_.trial && chosen_.trial->image == image;
+}
+
+std::string ProgramStore::damage_of(const StoredProgram& program) const {
+  const std::string file = image_file(program);
+  std::string why;
+  const auto bytes = read_whole_file(file, why);
+  if (!bytes) return why.empty() ? "there is no file " + file : why;
+  return sha256(*bytes) == program.image ? std::string() : file + " is damaged";
+}
+
+bool ProgramStore::has_unkept() const {
   const std::lock_guard lock(mutex_);
-  if (!chosen_.trial) return {};
+  return unkept_;
+}
+
+std::string ProgramStore::keep() {
+  const std::lock_guard lock(mutex_);
+  return unkept_ ? replace(chosen_) : std::string();
+}
+
+std::string ProgramStore::confirm(std::string_view image) {
+  const std::lock_guard lock(mutex_);
+  if (!tries(image)) return {};
   Chosen next = chosen_;
   next.runs = std::exchange(next.trial, std::nullopt);
   next.failed.reset();
   return replace(std::move(next));
 }
 
-std::string ProgramStore::fail(std::string why, core::TimeNs utc_ns) {
+std::string ProgramStore::fail(std::string_view image, std::string why, core::TimeNs utc_ns) {
   const std::lock_guard lock(mutex_);
-  if (!chosen_.trial) return {};
+  if (!tries(image)) return {};
   Chosen next = chosen_;
   next.failed = FailedStart{*chosen_.trial, std::move(why), utc_ns};
   next.trial.reset();
@@ -256,15 +285,47 @@ std::string ProgramStore::project_file(const StoredProgram& program) const {
   return folder_ + "/" + program.image + kProject;
 }
 
+namespace {
+
+bool has_extension(std::string_view path, std::string_view extension) {
+  return path.size() > extension.size() && core::iequals(path.substr(path.size() - extension.size()), extension);
+}
+
+/// Of the source files below `folder`: their paths from there and their contents.
+std::string fingerprint_of_folder(const fs::path& folder) {
+  std::error_code error;
+  std::vector<std::string> names;
+  fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error);
+  for (const fs::recursive_directory_iterator end; !error && it != end; it.increment(error)) {
+    std::error_code ignored;
+    if (it->path().filename().string().starts_with('.')) {
+      if (it->is_directory(ignored)) it.disable_recursion_pending();
+      continue;
+    }
+    const std::string name = it->path().lexically_relative(folder).generic_string();
+    const bool wanted = std::any_of(kSources.begin(), kSources.end(),
+                                    [&](std::string_view extension) { return has_extension(name, extension); });
+    if (wanted && it->is_regular_file(ignored)) names.push_back(name);
+  }
+  if (error) return {};
+  std::sort(names.begin(), names.end());
+  std::string all;
+  for (const std::string& name : names) {
+    const std::string hash = sha256_of_file((folder / name).string());
+    if (hash.empty()) return {};
+    all += name + '\0' + hash + '\n';
+  }
+  return sha256(all);
+}
+
+}  // namespace
+
 std::string fingerprint_of(const std::string& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) {
-    const auto archive = tar_of(path, kMostBytes);
-    return archive ? sha256(*archive) : std::string();
-  }
-  std::string why;
-  const auto bytes = read_whole_file(path, why);
-  return bytes ? sha256(*bytes) : std::string();
+  if (fs::is_directory(path, error)) return fingerprint_of_folder(path);
+  if (!has_extension(path, ".plcproj")) return sha256_of_file(path);
+  const fs::path folder = fs::path(path).parent_path();
+  return fingerprint_of_folder(folder.empty() ? "." : folder);
 }
 
 }  // namespace plc::engineering

@@ -48,12 +48,18 @@ class ProgramStore {
   static core::Result<std::unique_ptr<ProgramStore>> open(std::string folder);
 
   /// What is to start; nothing: FILE of plc-run. A trial begins by this call, on the disk: the next one takes what ran
-  /// before. P7753 when that cannot be written, or when an image is damaged.
+  /// before. A trial that cannot be noted there, or whose image is damaged, does not begin, and what ran before is
+  /// taken: failed() says why. P7753 when the image of that one is damaged.
   core::Result<std::optional<Choice>> choose(core::TimeNs utc_ns);
-  /// The program on trial runs: from now on it is the one. Empty, or why that cannot be kept.
-  std::string confirm();
-  /// The program on trial does not start: it is not taken again.
-  std::string fail(std::string why, core::TimeNs utc_ns);
+  /// The program on trial runs: from now on it is the one. Empty, or why that cannot be kept. Nothing happens when the
+  /// trial of `image` has not begun, or another one is to be tried by now.
+  std::string confirm(std::string_view image);
+  /// The program on trial does not start: it is not taken again. Otherwise as confirm().
+  std::string fail(std::string_view image, std::string why, core::TimeNs utc_ns);
+  /// Whether choose() has left something that is not on the disk yet.
+  [[nodiscard]] bool has_unkept() const;
+  /// Puts it there. Empty, or why that cannot be done.
+  std::string keep();
   /// Forgets what was uploaded: FILE is taken again.
   std::string forget();
 
@@ -92,15 +98,22 @@ class ProgramStore {
   std::string read();
   /// On the disk, then in memory; empty, or why not.
   std::string replace(Chosen next);
+  /// The trial is over. In memory also where the disk refuses: what ran before starts in any case.
+  void give_up(std::string why, core::TimeNs utc_ns);
+  [[nodiscard]] bool tries(std::string_view image) const;
+  /// What is wrong with a stored image, or empty.
+  [[nodiscard]] std::string damage_of(const StoredProgram& program) const;
   void sweep() const;
 
   std::string folder_;
   mutable std::mutex mutex_;
   Chosen chosen_;
+  bool unkept_ = false;  ///< `chosen_` is newer than what is on the disk
 };
 
-/// What tells whether FILE has changed: a hash of its content, of a folder of all that is in it. Empty when it cannot
-/// be read.
+/// What tells whether FILE has changed: a hash of its content; of a folder, or a .plcproj, a hash of the source files
+/// that the compiler would read there (sources/folder.h), and of nothing else: pages, tables and logs may lie beside
+/// them. Empty when it cannot be read.
 std::string fingerprint_of(const std::string& path);
 
 }  // namespace plc::engineering

@@ -5,6 +5,9 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <vector>
 
 namespace plc::engineering {
 namespace {
@@ -67,6 +70,25 @@ std::string sha256(std::string_view bytes) {
   prepare();
   std::array<unsigned char, crypto_hash_sha256_BYTES> hash{};
   crypto_hash_sha256(hash.data(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+  return hexadecimal(hash.data(), hash.size());
+}
+
+std::string sha256_of_file(const std::string& path) {
+  prepare();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return {};
+  std::ifstream in(path, std::ios::binary);
+  crypto_hash_sha256_state state;
+  crypto_hash_sha256_init(&state);
+  std::vector<char> piece(65536);
+  while (in) {
+    in.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    crypto_hash_sha256_update(&state, reinterpret_cast<const unsigned char*>(piece.data()),
+                              static_cast<unsigned long long>(in.gcount()));
+  }
+  if (!in.eof()) return {};
+  std::array<unsigned char, crypto_hash_sha256_BYTES> hash{};
+  crypto_hash_sha256_final(&state, hash.data());
   return hexadecimal(hash.data(), hash.size());
 }
 

@@ -21,6 +21,8 @@ std::string plain_code(std::string_view text);
 std::string hash_of_secret(std::string_view secret);
 /// SHA-256 as 64 hexadecimal digits.
 std::string sha256(std::string_view bytes);
+/// That of a file's content, which is read in pieces; empty when it cannot be read.
+std::string sha256_of_file(const std::string& path);
 /// Equal, in a time that does not tell where they differ.
 bool same_secret(std::string_view a, std::string_view b);
 

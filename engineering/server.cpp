@@ -141,7 +141,12 @@ bool Server::State::run(std::shared_ptr<ReadyCall> ready, std::function<void(Htt
   // What it holds is let go of on the thread of the connections.
   auto shared = std::make_shared<std::function<void(HttpResponse)>>(std::move(done));
   return worker.post([this, ready, shared] {
-    auto response = std::make_shared<HttpResponse>(calls.run(*ready));
+    auto response = std::make_shared<HttpResponse>();
+    try {
+      *response = calls.run(*ready);
+    } catch (const std::exception&) {
+      response->status = 503;  // not even memory to say why
+    }
     asio::post(session->io, [shared, response] { (*shared)(std::move(*response)); });
   });
 }

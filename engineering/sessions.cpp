@@ -71,6 +71,11 @@ void Sessions::end_all_of(std::string_view user) {
   std::erase_if(by_hash_, [user](const auto& entry) { return core::iequals(entry.second.user, user); });
 }
 
+void Sessions::keep_if(const std::function<bool(const Session&)>& stays) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(by_hash_, [&stays](const auto& entry) { return !stays(entry.second); });
+}
+
 std::vector<std::pair<std::string, Session>> Sessions::kept() const {
   const std::lock_guard lock(mutex_);
   return {by_hash_.begin(), by_hash_.end()};

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -45,6 +46,8 @@ class Sessions {
   /// False when there is none.
   bool end_number(std::uint64_t number);
   void end_all_of(std::string_view user);
+  /// Ends those of which `stays` says false.
+  void keep_if(const std::function<bool(const Session&)>& stays);
   [[nodiscard]] std::vector<Session> all(core::TimeNs now_ns) const;
   /// Each with the hash of its secret, for the process that follows.
   [[nodiscard]] std::vector<std::pair<std::string, Session>> kept() const;

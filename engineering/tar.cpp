@@ -6,7 +6,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <vector>
 
 namespace plc::engineering {
@@ -42,12 +41,15 @@ std::string header_of(const std::string& name, std::size_t size) {
 
 }  // namespace
 
-core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes) {
+core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes, const std::string& without) {
   std::error_code error;
   std::vector<std::string> names;
   for (auto it = fs::recursive_directory_iterator(folder, error); !error && it != fs::recursive_directory_iterator();
        it.increment(error)) {
-    if (it->path().filename().string().starts_with('.')) {
+    std::error_code none;
+    const bool left_out = it->path().filename().string().starts_with('.') ||
+                          (!without.empty() && it->is_directory(none) && fs::equivalent(it->path(), without, none));
+    if (left_out) {
       if (it->is_directory(error)) it.disable_recursion_pending();
       continue;
     }
@@ -57,12 +59,17 @@ core::Result<std::string> tar_of(const std::string& folder, std::size_t most_byt
   if (error) return core::Problem{core::Code::P7001, "cannot read " + folder + ": " + error.message(), {}};
   std::sort(names.begin(), names.end());
   std::string archive;
+  const core::Problem too_large{core::Code::P7717, folder + " is too large, or has too long names, to be sent", {}};
   for (const std::string& name : names) {
-    std::ifstream in(fs::path(folder) / name, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    if (name.size() > kMostName || archive.size() + bytes.size() > most_bytes) {
-      return core::Problem{core::Code::P7717, folder + " is too large, or has too long names, to be sent", {}};
-    }
+    const fs::path path = fs::path(folder) / name;
+    const auto room = most_bytes - std::min(archive.size(), most_bytes);
+    const std::uintmax_t size = fs::file_size(path, error);
+    if (name.size() > kMostName || (!error && size > room)) return too_large;
+    // It may grow meanwhile: no more is read than may be sent.
+    std::string bytes(error ? 0 : static_cast<std::size_t>(size), '\0');
+    std::ifstream in(path, std::ios::binary);
+    in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    bytes.resize(static_cast<std::size_t>(in.gcount()));
     archive += header_of(name, bytes.size()) + bytes;
     archive.resize((archive.size() + kBlock - 1) / kBlock * kBlock, '\0');
   }

@@ -9,8 +9,8 @@
 
 namespace plc::engineering {
 
-/// The plain files below `folder`, by paths from there; hidden ones and links are left out. P7717 when they are more
-/// than `most_bytes`, or one has a path that tar cannot hold.
-core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes);
+/// The plain files below `folder`, by paths from there; hidden ones, links and the folder `without` are left out. P7717
+/// when they are more than `most_bytes`, or one has a path that tar cannot hold.
+core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes, const std::string& without = {});
 
 }  // namespace plc::engineering

@@ -178,6 +178,9 @@ std::vector<Token> Users::tokens() const {
 
 std::optional<Problem> Users::add(Token token) {
   const std::lock_guard lock(mutex_);
+  // The user may have been removed since the call came: a token that stays would be that of a later user of the name.
+  if (find_named(state_.users, token.user) == state_.users.end())
+    return Problem{Code::P7718, "there is no user \"" + token.user + "\"", {}};
   const auto same = [&token](const Token& other) {
     return core::iequals(other.user, token.user) && core::iequals(other.name, token.name);
   };

@@ -54,6 +54,7 @@ class Users {
   std::optional<core::Problem> remove(std::string_view name);
 
   [[nodiscard]] std::vector<Token> tokens() const;
+  /// P7718 when there is no such user, or a token of the name, or too many. P7701 when the disk refuses.
   std::optional<core::Problem> add(Token token);
   std::optional<core::Problem> remove_token(std::string_view user, std::string_view name);
   /// The token of this secret that counts at this time of day, with the role that it has today.

@@ -1,5 +1,6 @@
 #include "engineering/worker.h"
 
+#include <exception>
 #include <utility>
 
 namespace plc::engineering {
@@ -39,7 +40,12 @@ void Worker::run() {
       work = std::move(waiting_.front());
       waiting_.pop_front();
     }
-    work();
+    // WHY: an exception that nobody takes ends the process that runs the plant.
+    try {
+      work();
+    } catch (const std::exception&) {
+      // No memory, most likely: this work is lost, what waits goes on.
+    }
   }
 }
 

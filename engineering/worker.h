@@ -24,7 +24,7 @@ class Worker {
   void start(const char* name);
   /// What has begun is ended, the rest is dropped.
   void stop();
-  /// False when as much waits as may.
+  /// False when as much waits as may. Work that throws is lost.
   bool post(std::function<void()> work);
 
  private:

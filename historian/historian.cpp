@@ -12,12 +12,10 @@ using std::chrono::steady_clock;
 
 }  // namespace
 
-Historian::Historian(const Settings& settings, const std::string& folder, runtime::Resource& resource, bool recorded,
-                     Source source, const core::Calendar& calendar, core::Diagnostics& diagnostics)
-    : settings_(settings), source_(std::move(source)), calendar_(calendar) {
+Chosen chosen_by(const Settings& settings, runtime::Resource& resource, bool recorded, core::Diagnostics& diagnostics) {
   const runtime::Access access(resource);
   std::set<std::string> known;
-  std::vector<Tag> tags;
+  Chosen chosen;
   for (const std::string& pattern : settings.tags) {
     const bool one = pattern.find_first_of("*?") == std::string::npos;
     std::size_t found = 0;
@@ -30,9 +28,9 @@ Historian::Historian(const Settings& settings, const std::string& folder, runtim
         return;
       }
       ++found;
-      if (tags.size() >= kMostTags || !known.insert(path).second) return;
-      tags.push_back({path, watched->type, 0});
-      watched_.push_back(std::move(*watched));
+      if (chosen.tags.size() >= kMostTags || !known.insert(path).second) return;
+      chosen.tags.push_back({path, watched->type, 0});
+      chosen.watched.push_back(std::move(*watched));
     };
     if (one) {
       add(pattern);
@@ -43,7 +41,16 @@ Historian::Historian(const Settings& settings, const std::string& folder, runtim
       diagnostics.report(core::Code::P7101, settings.tags_at, {},
                          "no variable that can be kept matches \"" + pattern + "\"");
   }
-  file_ = std::make_unique<HistoryFile>(folder + "/history.db", std::move(tags), settings.days, settings.most_bytes);
+  return chosen;
+}
+
+Historian::Historian(const Settings& settings, const std::string& folder, runtime::Resource& resource, bool recorded,
+                     Source source, const core::Calendar& calendar, core::Diagnostics& diagnostics)
+    : settings_(settings), source_(std::move(source)), calendar_(calendar) {
+  Chosen chosen = chosen_by(settings, resource, recorded, diagnostics);
+  watched_ = std::move(chosen.watched);
+  file_ =
+      std::make_unique<HistoryFile>(folder + "/history.db", std::move(chosen.tags), settings.days, settings.most_bytes);
   reader_ = std::make_unique<HistoryReader>(*file_);
 }
 

@@ -29,6 +29,15 @@ struct Source {
   std::function<void(const runtime::Place& place, std::uint32_t bytes, std::byte* to)> read;
 };
 
+/// What is kept.
+struct Chosen {
+  std::vector<Tag> tags;
+  std::vector<alarms::Watched> watched;  ///< of each tag
+};
+/// The variables that the settings name. What of them cannot be kept is reported. `recorded`: variables of tasks have
+/// values.
+Chosen chosen_by(const Settings& settings, runtime::Resource& resource, bool recorded, core::Diagnostics& diagnostics);
+
 class Historian {
  public:
   /// `folder`: that exists. What of the tags cannot be kept is reported. `recorded`: variables of tasks have values.

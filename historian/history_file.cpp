@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -16,6 +17,8 @@ constexpr std::int64_t kMinuteUs = 60 * kSecondUs;
 constexpr std::int64_t kDayUs = 24 * 60 * kMinuteUs;
 /// What is too old is looked for so often.
 constexpr std::int64_t kRetainUs = 10 * kMinuteUs;
+/// Stretches that summaries are built of again, where the clock was ahead of what comes now: those of a day.
+constexpr int kMostAgain = 24 * 60;
 
 /// Rows of a noisy tag have 2 kB: of those of 4 kB half would be empty.
 constexpr unsigned kPageBytes = 16'384;
@@ -114,8 +117,11 @@ bool HistoryFile::write_waiting() {
     for (const Stretch& stretch : waiting_) {
       if (!write_stretch(stretch)) return false;
     }
-    const std::int64_t now_us = waiting_.empty() ? 0 : waiting_.back().times.back();
-    return database_.run("DELETE FROM tail") && (waiting_.empty() || summarize(now_us / kMinuteUs * kMinuteUs));
+    if (!database_.run("DELETE FROM tail")) return false;
+    if (waiting_.empty()) return true;
+    std::int64_t first_us = INT64_MAX;
+    for (const Stretch& stretch : waiting_) first_us = std::min(first_us, stretch.times.front());
+    return summarize(first_us, waiting_.back().times.back() / kMinuteUs * kMinuteUs);
   });
   if (!good) return false;
   const std::int64_t now_us = waiting_.empty() ? 0 : waiting_.back().times.back();
@@ -203,7 +209,9 @@ bool HistoryFile::recover() {
       before.columns[i].insert(before.columns[i].end(), more.begin(), more.end());
     }
   }
+  std::int64_t first_us = INT64_MAX;
   for (const Found& found : all) {
+    first_us = std::min(first_us, found.stretch.times.front());
     const std::int64_t begin = found.stretch.times.front() / kSecondUs;
     storage::Statement times(database_, "INSERT OR REPLACE INTO stretch VALUES (?1, ?2)");
     if (!times.bind(1, begin).bind_bytes(2, columns_.pack(bytes_of(found.stretch.times), 8)).run()) return false;
@@ -215,10 +223,22 @@ bool HistoryFile::recover() {
       if (!row.run()) return false;
     }
   }
-  return database_.run("DELETE FROM tail");
+  if (!database_.run("DELETE FROM tail")) return false;
+  return all.empty() || summarize(first_us, all.back().stretch.times.back() / kMinuteUs * kMinuteUs);
 }
 
-bool HistoryFile::summarize(std::int64_t until_us) {
+bool HistoryFile::is_soon_built_again(std::int64_t from_us) {
+  const std::int64_t done_us = database_.number("SELECT window FROM done WHERE level = 1") * (window_ns(1) / kUs);
+  if (from_us >= done_us) return true;
+  storage::Statement count(database_,
+                           "SELECT count(*) FROM (SELECT 1 FROM stretch WHERE begin >= ?1 AND begin < ?2 LIMIT ?3)");
+  count.bind(1, from_us / kSecondUs).bind(2, done_us / kSecondUs).bind(3, std::int64_t{kMostAgain + 1});
+  return count.next() && count.integer(0) <= kMostAgain;
+}
+
+bool HistoryFile::summarize(std::int64_t from_us, std::int64_t until_us) {
+  // WHY not always: a clock that begins in 1970 at each start of the machine would have all of them built again.
+  const bool again = is_soon_built_again(from_us);
   for (int level = 1; level < kLevels; ++level) {
     const std::int64_t window_us = window_ns(level) / kUs;
     const std::int64_t end = until_us / window_us;
@@ -227,6 +247,8 @@ bool HistoryFile::summarize(std::int64_t until_us) {
     std::int64_t next = done.bind(1, std::int64_t{level}).next() ? done.integer(0) : 0;
     done.reset();
     const std::int64_t was = next;
+    // The clock was ahead: what comes now was taken for done.
+    if (again) next = std::min(next, from_us / window_us);
     while (next < end) {
       storage::Statement first(database_, level == 1
                                               ? std::string("SELECT min(begin) FROM stretch WHERE begin >= ?1")
@@ -302,6 +324,16 @@ bool HistoryFile::build(int level, std::int64_t window) {
   return true;
 }
 
+std::int64_t HistoryFile::oldest_us() {
+  const std::int64_t stretch = database_.number("SELECT min(begin) FROM stretch");
+  std::int64_t oldest = stretch == 0 ? INT64_MAX : stretch * kSecondUs;
+  for (int level = 1; level < kLevels; ++level) {
+    const std::int64_t row = database_.number(fmt::format("SELECT min(row) FROM level{}", level));
+    if (row != 0) oldest = std::min(oldest, ((row >> 20) + 1) * (window_ns(level) / kUs));
+  }
+  return oldest == INT64_MAX ? 0 : oldest;
+}
+
 bool HistoryFile::retain(std::int64_t now_us) {
   if (now_us - retained_us_ < kRetainUs && now_us >= retained_us_) return true;
   retained_us_ = now_us;
@@ -315,7 +347,9 @@ bool HistoryFile::retain(std::int64_t now_us) {
     }
     return true;
   };
-  if (!database_.transact([&] { return drop_before(now_us - days_ * kDayUs, kLevels); })) return false;
+  // WHY a day at most: a clock that is ahead for a moment must not take everything.
+  const std::int64_t limit_us = std::min(now_us - days_ * kDayUs, oldest_us() + kDayUs);
+  if (!database_.transact([&] { return drop_before(limit_us, kLevels); })) return false;
   // WHY an hour after the other: what is too much by size goes as it came.
   while (database_.used_bytes() > most_bytes_) {
     const std::int64_t oldest = database_.number("SELECT min(begin) FROM stretch") * kSecondUs;

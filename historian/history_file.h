@@ -71,8 +71,14 @@ class HistoryFile {
   bool write_waiting();
   bool write_stretch(const Stretch& stretch);
   bool write_tail();
-  bool summarize(std::int64_t until_us);
+  /// Builds all rows of summaries whose time is over at `until_us`; those from `from_us` on, of the earliest stretch
+  /// that is new, also where the clock had been later already.
+  bool summarize(std::int64_t from_us, std::int64_t until_us);
+  /// Whether rows from then on may be built again: there are few.
+  bool is_soon_built_again(std::int64_t from_us);
   bool build(int level, std::int64_t window);
+  /// The first stretch, or the end of the first row of summaries when that is earlier; 0 without any.
+  std::int64_t oldest_us();
   bool retain(std::int64_t now_us);
   void note(bool good);
 

@@ -91,8 +91,8 @@ std::size_t ForceList::release_all(std::string_view owner) {
   return remove([owner](const Held& one) { return owner.empty() || one.force.owner == owner; }, kReleased).size();
 }
 
-std::vector<Force> ForceList::expire(core::TimeNs utc_ns) {
-  return remove([utc_ns](const Held& one) { return one.force.until_ns && *one.force.until_ns <= utc_ns; },
+std::vector<Force> ForceList::expire(core::TimeNs now_ns) {
+  return remove([now_ns](const Held& one) { return one.force.until_mono_ns && *one.force.until_mono_ns <= now_ns; },
                 " is not forced any more: its time is over");
 }
 

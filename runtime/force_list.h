@@ -26,10 +26,12 @@ struct Force {
   std::string owner;  ///< who forces it
   std::string reason;
   core::TimeNs since_ns = 0;             ///< UTC
-  std::optional<core::TimeNs> until_ns;  ///< UTC; nothing: until it is released
+  std::optional<core::TimeNs> until_ns;  ///< UTC, for people; nothing: until it is released
   bool kept = false;                     ///< it is to hold after a warm start, too: whoever keeps it asks for it
   /// The program may write it in the middle of a scan: from there to the end of the scan its own value counts.
   bool yields = false;
+  /// When it is over, by the monotonic clock: UTC may be set meanwhile. Nothing: until it is released.
+  std::optional<core::TimeNs> until_mono_ns{};
 };
 
 class ForceList {
@@ -45,8 +47,8 @@ class ForceList {
   bool release(std::string_view path);
   /// All of `owner`; all when it is empty. How many.
   std::size_t release_all(std::string_view owner = {});
-  /// Releases what is over. Those.
-  std::vector<Force> expire(core::TimeNs utc_ns);
+  /// Releases what is over at `now_ns` of the monotonic clock. Those.
+  std::vector<Force> expire(core::TimeNs now_ns);
   /// What was forced, released and over since the last call, in words for the log.
   std::vector<std::string> take_changes();
   [[nodiscard]] std::vector<Force> list() const;

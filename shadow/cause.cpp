@@ -31,8 +31,9 @@ struct Change {
 
 class Search {
  public:
-  Search(Past& past, const bytecode::Drawings& drawings, std::chrono::milliseconds limit)
-      : past_(past), writers_(past.resource(), drawings), until_(steady_clock::now() + limit) {}
+  Search(Past& past, const bytecode::Drawings& drawings, std::chrono::milliseconds limit,
+         const std::atomic<bool>* ending)
+      : past_(past), writers_(past.resource(), drawings), until_(steady_clock::now() + limit), ending_(ending) {}
 
   std::vector<CauseLink> run(std::uint32_t task, std::uint64_t scan, PouInstance instance, std::string name);
 
@@ -50,7 +51,9 @@ class Search {
     std::optional<bool> value;  ///< nothing: it did not write
   };
 
-  [[nodiscard]] bool is_late() const { return steady_clock::now() > until_; }
+  [[nodiscard]] bool is_late() const {
+    return steady_clock::now() > until_ || (ending_ != nullptr && ending_->load(std::memory_order_relaxed));
+  }
   [[nodiscard]] bool bool_at(const Place& place) {
     const std::byte* const bytes = place.task == Place::kGlobal ? past_.player().replicas().globals().data()
                                                                 : past_.resource().program(place.task).table().data();
@@ -72,6 +75,7 @@ class Search {
   Past& past_;
   Writers writers_;
   steady_clock::time_point until_;
+  const std::atomic<bool>* ending_;
   std::vector<CauseLink> links_;
   std::map<std::tuple<std::uint32_t, std::uint64_t, runtime::ProbedPou>, Flow> flows_;
   std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint64_t>> seen_;  ///< places and scans
@@ -274,8 +278,9 @@ std::vector<CauseLink> Search::run(std::uint32_t task, std::uint64_t scan, PouIn
 }  // namespace
 
 std::vector<CauseLink> cause_of(Past& past, const bytecode::Drawings& drawings, std::uint32_t task, std::uint64_t scan,
-                                const PouInstance& instance, const std::string& name, std::chrono::milliseconds limit) {
-  return Search(past, drawings, limit).run(task, scan, instance, name);
+                                const PouInstance& instance, const std::string& name, std::chrono::milliseconds limit,
+                                const std::atomic<bool>* ending) {
+  return Search(past, drawings, limit, ending).run(task, scan, instance, name);
 }
 
 }  // namespace plc::shadow

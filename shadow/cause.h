@@ -5,6 +5,7 @@
 // past. Does not belong here: words.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -43,8 +44,9 @@ struct CauseLink {
 };
 
 /// Why `name` in the POU of `view`, an instance on `task`, has the value that it has after `scan`. Empty when it is no
-/// BOOL, or the scan is not here. Ends after `limit` with kTooFar.
+/// BOOL, or the scan is not here. Ends after `limit`, or once `ending` is true, with kTooFar.
 std::vector<CauseLink> cause_of(Past& past, const bytecode::Drawings& drawings, std::uint32_t task, std::uint64_t scan,
-                                const PouInstance& instance, const std::string& name, std::chrono::milliseconds limit);
+                                const PouInstance& instance, const std::string& name, std::chrono::milliseconds limit,
+                                const std::atomic<bool>* ending = nullptr);
 
 }  // namespace plc::shadow

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <filesystem>
 #include <new>
@@ -86,23 +87,48 @@ bool write_file(int directory, const std::string& name, const void* data, std::s
   return written;
 }
 
-/// All bytes of a file; nothing when it cannot be read.
-std::optional<std::vector<std::byte>> read_all(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
-  if (file < 0) return std::nullopt;
-  std::optional<std::vector<std::byte>> bytes;
-  struct stat status {};
-  if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode)) {
-    bytes.emplace(static_cast<std::size_t>(status.st_size));
-    std::size_t done = 0;
-    while (done < bytes->size()) {
-      const ssize_t count = ::pread(file, bytes->data() + done, bytes->size() - done, static_cast<off_t>(done));
-      if (count <= 0) break;
-      done += static_cast<std::size_t>(count);
-    }
-    bytes->resize(done);
+/// A descriptor that is closed at the end.
+class Descriptor {
+ public:
+  explicit Descriptor(int value) : value_(value) {}
+  ~Descriptor() {
+    if (value_ >= 0) ::close(value_);
   }
-  ::close(file);
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  operator int() const { return value_; }
+
+ private:
+  int value_;
+};
+
+int open_directory(const std::string& path) {
+  return ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+}
+
+/// Whether a directory is the calling user's, and nobody else may look into it.
+/// WHY: everybody may make files in /dev/shm, of any kind and size: what is in the directories of others is not read.
+bool is_own(int directory) {
+  struct stat status {};
+  return ::fstat(directory, &status) == 0 && status.st_uid == ::geteuid() && (status.st_mode & 077) == 0;
+}
+
+/// All bytes of a regular file; nothing when it is none, cannot be read, or has more than `most`.
+std::optional<std::vector<std::byte>> read_all(int directory, const std::string& name, std::size_t most = SIZE_MAX) {
+  // WHY O_NONBLOCK: opening a pipe would wait for who writes into it.
+  const Descriptor file(::openat(directory, name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  struct stat status {};
+  if (file < 0 || ::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > most) return std::nullopt;
+  std::vector<std::byte> bytes(size);
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t count = ::pread(file, bytes.data() + done, size - done, static_cast<off_t>(done));
+    if (count <= 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  bytes.resize(done);
   return bytes;
 }
 
@@ -110,8 +136,8 @@ std::optional<std::vector<std::byte>> read_all(const std::string& path) {
 class LeftRing {
  public:
   /// False when it is none.
-  bool read(const std::string& path) {
-    auto bytes = read_all(path);
+  bool read(int directory, const std::string& name) {
+    auto bytes = read_all(directory, name);
     const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     if (!bytes || bytes->size() < page) return false;
     bytes_ = std::move(*bytes);
@@ -165,16 +191,15 @@ void sweep(const fs::path& folder) {
   for (fs::directory_iterator at(folder.parent_path(), error), end; !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string();
     if (!name.starts_with(kPrefix) || name.starts_with(folder.filename().string())) continue;
-    const auto state = read_all((at->path() / kState).string());
+    const Descriptor directory(open_directory(at->path().string()));
+    if (directory < 0 || !is_own(directory)) continue;
+    const auto state = read_all(directory, kState, PATH_MAX);
     std::error_code ignored;
     if (!state || fs::exists(std::string(reinterpret_cast<const char*>(state->data()), state->size()), ignored) ||
         ignored) {
       continue;
     }
-    const int directory = ::open(at->path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-    if (directory < 0) continue;
     if (::flock(directory, LOCK_EX | LOCK_NB) == 0) fs::remove_all(at->path(), ignored);
-    ::close(directory);
   }
 }
 
@@ -184,10 +209,10 @@ struct LeftBlock {
 };
 
 /// The blocks of a task.
-void read_blocks(const std::string& folder, std::size_t task, std::vector<LeftBlock>& blocks) {
+void read_blocks(int directory, std::size_t task, std::vector<LeftBlock>& blocks) {
   LeftRing ring;
-  const auto tables = read_all(folder + "/" + tables_name(task));
-  if (!tables || tables->size() < kTablesHead || !ring.read(folder + "/" + ring_name(task))) return;
+  const auto tables = read_all(directory, tables_name(task));
+  if (!tables || tables->size() < kTablesHead || !ring.read(directory, ring_name(task))) return;
   const auto* const head = reinterpret_cast<const TablesHead*>(tables->data());
   if (head->table_bytes > tables->size() || tables->size() != tables_bytes(head->table_bytes)) return;
   const std::uint64_t starts = head->starts.load(std::memory_order_relaxed);
@@ -222,9 +247,8 @@ std::string CrashMemory::folder_of(const std::string& state) {
 core::Result<std::unique_ptr<CrashMemory>> CrashMemory::make(const std::string& folder,
                                                              std::span<const std::byte> file_head, const Sizes& sizes) {
   std::error_code error;
-  if (const int before = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC); before >= 0) {
-    struct stat status {};
-    const bool own = ::fstat(before, &status) == 0 && status.st_uid == ::geteuid() && (status.st_mode & 077) == 0;
+  if (const int before = open_directory(folder); before >= 0) {
+    const bool own = is_own(before);
     const bool free = own && ::flock(before, LOCK_EX | LOCK_NB) == 0;
     ::close(before);
     if (!own) return refused(folder, "belongs to somebody else");
@@ -234,7 +258,7 @@ core::Result<std::unique_ptr<CrashMemory>> CrashMemory::make(const std::string& 
   }
   std::unique_ptr<CrashMemory> made(new CrashMemory(folder));
   if (::mkdir(folder.c_str(), 0700) != 0) return refused(folder, errno);
-  made->directory_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  made->directory_ = open_directory(folder);
   if (made->directory_ < 0 || ::flock(made->directory_, LOCK_EX | LOCK_NB) != 0) return refused(folder, errno);
   sweep(folder);
   if (!write_file(made->directory_, kState, sizes.state.data(), sizes.state.size())) return refused(folder, errno);
@@ -284,10 +308,12 @@ void CrashMemory::begin_block(std::size_t t, std::uint64_t first_scan, std::uint
 std::vector<std::byte> CrashMemory::take_left(const std::string& folder) {
   const std::string left = left_name(folder);
   std::vector<std::byte> recording;
-  if (auto head = read_all(left + "/" + kHead)) {
+  const Descriptor directory(open_directory(left));
+  if (directory < 0 || !is_own(directory)) return recording;
+  if (auto head = read_all(directory, kHead)) {
     std::vector<LeftBlock> blocks;
-    std::error_code none;
-    for (std::size_t task = 0; fs::exists(left + "/" + ring_name(task), none); ++task) read_blocks(left, task, blocks);
+    for (std::size_t task = 0; ::faccessat(directory, ring_name(task).c_str(), F_OK, AT_SYMLINK_NOFOLLOW) == 0; ++task)
+      read_blocks(directory, task, blocks);
     std::stable_sort(blocks.begin(), blocks.end(),
                      [](const LeftBlock& a, const LeftBlock& b) { return a.first_ns < b.first_ns; });
     if (!blocks.empty()) recording = std::move(*head);

@@ -43,7 +43,8 @@ class CrashMemory {
   /// The folder of a plant that has this state folder, of the calling user.
   static std::string folder_of(const std::string& state);
   /// What the process before has left, as RecordFile::read() takes it: of each task the newest block and, where its
-  /// records are still there, the one before. Empty when there is none. It is gone afterwards.
+  /// records are still there, the one before. Empty when there is none, or it is not the calling user's alone. It is
+  /// gone afterwards.
   static std::vector<std::byte> take_left(const std::string& folder);
 
  private:

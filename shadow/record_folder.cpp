@@ -63,26 +63,32 @@ core::Result<std::unique_ptr<RecordFolder>> RecordFolder::open(RecordFolderOptio
 std::optional<core::Problem> RecordFolder::next_file() {
   const std::string path = new_path(options_.path, kPlant);
   auto writer = RecordWriter::open(path, file_head(head_));
+  if (writer) {
+    writer_ = std::move(*writer);
+    const std::lock_guard lock(mutex_);
+    file_ = path;
+  }
+  prune();
   if (!writer) return writer.error();
-  writer_ = std::move(*writer);
-  const std::lock_guard lock(mutex_);
-  file_ = path;
   return {};
 }
 
-bool RecordFolder::write(std::span<const std::byte> block) {
-  if (writer_->bytes() > options_.file_bytes) {
-    // Where there is no next file, the present one goes on.
-    static_cast<void>(next_file());
-    const std::vector<OldFile> files = files_of(options_.path, kPlant);
-    std::uint64_t bytes = 0;
-    for (const OldFile& file : files) bytes += file.bytes;
-    for (const OldFile& file : files) {
-      std::error_code error;
-      if (bytes <= options_.most_bytes || file.path == file_) break;
-      if (fs::remove(file.path, error)) bytes -= file.bytes;
-    }
+void RecordFolder::prune() {
+  const std::vector<OldFile> files = files_of(options_.path, kPlant);
+  std::uint64_t bytes = 0;
+  for (const OldFile& file : files) bytes += file.bytes;
+  for (const OldFile& file : files) {
+    std::error_code error;
+    if (bytes <= options_.most_bytes) return;
+    // It need not be the last one: a clock that was ahead has left names of later times.
+    if (file.path == file_) continue;
+    if (fs::remove(file.path, error)) bytes -= file.bytes;
   }
+}
+
+bool RecordFolder::write(std::span<const std::byte> block) {
+  // Where there is no next file, the present one goes on.
+  if (writer_->bytes() > options_.file_bytes) static_cast<void>(next_file());
   return writer_->write(block);
 }
 
@@ -98,12 +104,12 @@ core::Result<std::string> save_recording(const std::string& folder, std::string_
   const std::string begin = std::string(led_to) + "-";
   const std::string path = new_path(folder, begin);
   auto writer = RecordWriter::open(path, recording);
-  if (!writer) {
-    fs::remove(path, error);
-    return writer.error();
-  }
-  const std::vector<OldFile> files = files_of(folder, begin);
-  for (std::size_t i = 0; i + most_files < files.size(); ++i) fs::remove(files[i].path, error);
+  if (!writer) return writer.error();
+  std::vector<OldFile> others = files_of(folder, begin);
+  // The new one stays, also where a clock that was ahead has left names of later times.
+  std::erase_if(others, [&](const OldFile& file) { return file.path == path; });
+  for (std::size_t i = 0; i + most_files < others.size() + 1 && i < others.size(); ++i)
+    fs::remove(others[i].path, error);
   return path;
 }
 

@@ -26,7 +26,7 @@ struct RecordFolderOptions {
 /// What goes on: blocks, file after file.
 class RecordFolder {
  public:
-  /// P7631 when the folder cannot be written.
+  /// Begins a file, and removes the oldest ones where there are too many. P7631 when the folder cannot be written.
   static core::Result<std::unique_ptr<RecordFolder>> open(RecordFolderOptions options, RecordingHead head);
 
   /// False when the block could not be written; problem() says why, and the next one is tried again.
@@ -39,6 +39,8 @@ class RecordFolder {
   RecordFolder(RecordFolderOptions options, RecordingHead head)
       : options_(std::move(options)), head_(std::move(head)) {}
   std::optional<core::Problem> next_file();
+  /// Removes the oldest files until there are no more bytes than there may be.
+  void prune();
 
   RecordFolderOptions options_;
   RecordingHead head_;

@@ -1,6 +1,7 @@
 #include "shadow/record_writer.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -21,8 +22,11 @@ core::Result<std::unique_ptr<RecordWriter>> RecordWriter::open(const std::string
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
   if (descriptor < 0) return cannot_write(path, errno);
   std::unique_ptr<RecordWriter> made(new RecordWriter(descriptor, path));
-  if (!made->write(begin)) return *made->problem();
-  return made;
+  if (made->write(begin)) return made;
+  // Nobody can do anything with it. What is a device stays.
+  struct stat status {};
+  if (::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode)) ::unlink(path.c_str());
+  return *made->problem();
 }
 
 RecordWriter::~RecordWriter() { ::close(descriptor_); }

@@ -18,7 +18,8 @@ namespace plc::shadow {
 
 class RecordWriter {
  public:
-  /// Makes the file anew, with these bytes: a head (file_head()), or more. P7631 when that cannot be.
+  /// Makes the file anew, with these bytes: a head (file_head()), or more. P7631 when that cannot be; a
+  /// file that could not take them is removed.
   static core::Result<std::unique_ptr<RecordWriter>> open(const std::string& path, std::span<const std::byte> begin);
   ~RecordWriter();
   RecordWriter(const RecordWriter&) = delete;

@@ -17,6 +17,8 @@ using std::chrono::steady_clock;
 constexpr milliseconds kPeriod{100};
 /// The same while somebody looks.
 constexpr milliseconds kViewPeriod{16};
+/// The same while replicas are behind: they go on, and who waits for them has its turn.
+constexpr milliseconds kBehindPeriod{1};
 /// A viewer waits at most so long for the replicas.
 constexpr milliseconds kFollowAtOnce{10};
 /// The same of an observer alone.
@@ -227,7 +229,10 @@ void Shadow::run() {
     turn();
     std::unique_lock lock(wake_mutex_);
     const bool looked_at = viewers_.load(std::memory_order_relaxed) != 0;
-    wake_.wait_for(lock, looked_at ? kViewPeriod : kPeriod, [this, looked_at] {
+    const bool follows = looked_at || observer_.load(std::memory_order_relaxed) != nullptr;
+    const bool behind = follows && follower_ && !followed_;
+    const milliseconds rest = looked_at ? kViewPeriod : kPeriod;
+    wake_.wait_for(lock, behind ? kBehindPeriod : rest, [this, looked_at] {
       return ends_.load(std::memory_order_relaxed) || (!looked_at && viewers_.load(std::memory_order_relaxed) != 0);
     });
   }

@@ -124,7 +124,8 @@ class Shadow {
 
   mutable std::mutex mutex_;  ///< of the open blocks and the replicas; no task takes it
   std::unique_ptr<Follower> follower_;
-  bool follower_failed_ = false, followed_ = false;
+  bool follower_failed_ = false;
+  bool followed_ = false;  ///< the replicas have executed all that was recorded; written by the thread alone
   RecordingCounts counts_;
 
   mutable std::mutex said_mutex_;

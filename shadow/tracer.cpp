@@ -57,6 +57,9 @@ class TriggerWatch {
 }  // namespace
 
 core::Result<Trace> trace(Player& player, const TraceRequest& request) {
+  const auto given_up = [&request] {
+    return request.ending != nullptr && request.ending->load(std::memory_order_relaxed);
+  };
   const runtime::Access access(player.resource());
   std::vector<runtime::Place> places;
   Trace out;
@@ -75,6 +78,7 @@ core::Result<Trace> trace(Player& player, const TraceRequest& request) {
     TriggerWatch watch(*request.trigger, *place);
     player.seek(from_ns - 1);
     while (!out.triggered && player.next_ns().value_or(until_ns + 1) <= until_ns) {
+      if (given_up()) break;
       const auto played = player.step();
       if (played->task != request.task) continue;
       player.show_globals();
@@ -82,7 +86,8 @@ core::Result<Trace> trace(Player& player, const TraceRequest& request) {
       out.triggered = played->scan;
       zero_ns = played->now_ns;
     }
-    if (!out.triggered) return out;
+    out.cut = given_up();
+    if (!out.triggered || out.cut) return out;
     from_ns = zero_ns - request.before_ns;
     until_ns = zero_ns + request.after_ns;
   }
@@ -91,7 +96,7 @@ core::Result<Trace> trace(Player& player, const TraceRequest& request) {
   while (player.next_ns().value_or(until_ns + 1) <= until_ns) {
     const auto played = player.step();
     if (played->task != request.task) continue;
-    if (out.rows == request.most_rows) {
+    if (out.rows == request.most_rows || out.csv.size() >= request.most_bytes || given_up()) {
       out.cut = true;
       break;
     }

@@ -4,6 +4,8 @@
 // recordings come from, where tables go.
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -37,13 +39,15 @@ struct TraceRequest {
   core::TimeNs before_ns = 0;      ///< of the time of the trigger
   core::TimeNs after_ns = 0;
   std::uint64_t most_rows = 1'000'000;
+  std::size_t most_bytes = SIZE_MAX;  ///< of the table: no row begins beyond it
   runtime::ValueStyle style = runtime::ValueStyle::kNumbers;
+  const std::atomic<bool>* ending = nullptr;  ///< given up, and cut, once it is true
 };
 
 struct Trace {
   std::string csv;  ///< "scan,time_ms,<path>,..", a row for each scan; time since from_ns, or since the trigger
   std::uint64_t rows = 0;
-  bool cut = false;                          ///< there are more rows than most_rows
+  bool cut = false;                          ///< there are more rows than most_rows, or than most_bytes hold
   std::optional<std::uint64_t> triggered{};  ///< the scan
 };
 

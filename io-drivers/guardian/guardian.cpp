@@ -106,9 +106,10 @@ class Guardian {
     for (;;) {
       siginfo_t signal{};
       const int number = ::sigtimedwait(&signals, &signal, &wait);
+      // First: a wish for the end counts also when the runtime is gone by now, to be started anew.
+      if (number > 0 && number != SIGCHLD) forward(number, signal);
       int status = 0;
       if (::waitpid(runtime_, &status, WNOHANG) == runtime_) end(status);
-      if (number > 0 && number != SIGCHLD) forward(number, signal);
       const core::TimeNs now_ns = clock_.now_ns();
       // WHY at most two looks: when the guardian itself did not run, the runtime may not have run either.
       if (const auto reason = trouble(std::min(now_ns - last_ns, 2 * look_ns))) {

@@ -109,6 +109,10 @@ class GlobalTable {
 
   /// `task` will not start again: writes to what it exports are answered kBusy from now on. Any thread; RT.
   void task_stopped(std::uint32_t task) noexcept;
+  /// Whether it was said of `task`: its safe values are published by then. Any thread.
+  [[nodiscard]] bool has_stopped(std::uint32_t task) const noexcept {
+    return owners_[task].stopped->load(std::memory_order_relaxed);
+  }
   /// Cold start: initial values, empty journals and queues. Not while tasks run.
   void reset();
   /// The same with other values, of the whole table: size() bytes, typed as the verifier demands of initial values.

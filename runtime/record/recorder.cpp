@@ -158,8 +158,9 @@ void Recorder::make_checkpoint() noexcept {
   head.kind = RecordKind::kCheckpointed;
   head.scan = scan_;
   std::memcpy(checkpoint_.data(), table_.data(), table_.size());
-  // The record, which is published after the copy, is what the reader waits for.
-  if (put(head)) asked_.store(Asked::kMade, std::memory_order_relaxed);
+  // The record, which is published after the copy, is what the reader waits for: from then on it may give back.
+  asked_.store(Asked::kMade, std::memory_order_relaxed);
+  if (!put(head)) asked_.store(Asked::kYes, std::memory_order_relaxed);
 }
 
 // RT:

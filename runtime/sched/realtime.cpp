@@ -242,11 +242,17 @@ void RealtimeScheduler::regain_priority(TaskRun& task) noexcept {
 }
 
 // RT:
+core::TimeNs RealtimeScheduler::program_ns(core::TimeNs now_ns) const noexcept {
+  if (!options_.program_time_ns) return now_ns;
+  const core::TimeNs start_ns = start_ns_.load(std::memory_order_relaxed);
+  // 0: it stands until the common start.
+  return *options_.program_time_ns + (start_ns == 0 ? 0 : now_ns - start_ns);
+}
+
+// RT:
 CycleContext RealtimeScheduler::program_time(const ReleaseContext& context) const noexcept {
   const core::TimeNs start_ns = start_ns_.load(std::memory_order_relaxed);
-  if (!options_.program_time_ns) return {context.now_ns, start_ns, context.utc_ns};
-  const core::TimeNs begin_ns = *options_.program_time_ns;
-  return {begin_ns + (context.now_ns - start_ns), begin_ns, context.utc_ns};
+  return {program_ns(context.now_ns), program_ns(start_ns), context.utc_ns};
 }
 
 // RT: false when the task must not be released again.

@@ -76,6 +76,8 @@ class RealtimeScheduler {
   /// Asks every task to stop after its present scan. Async-signal-safe; returns at once.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool stop_requested() const noexcept { return stop_.load(std::memory_order_relaxed); }
+  /// What the clock of the programs shows at `now_ns` of the machine's monotonic clock.
+  [[nodiscard]] core::TimeNs program_ns(core::TimeNs now_ns) const noexcept;
   /// Waits until all tasks have ended, then puts the outputs into their safe state. A scan that goes on and on is cut
   /// short at its next loop jump. Returns the tasks that still run after kStopPatienceNs: the process must end without
   /// destroying what they use.

@@ -9,11 +9,14 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
+import unittest.mock
 
 PLC, PLC_RUN, REFERENCE, PROJECT, MODULES = sys.argv[1:6]
 sys.path.insert(0, MODULES)
@@ -200,6 +203,93 @@ class Module(WithPlant):
         self.assertEqual(self.plc.session()["user"], "anna")
 
 
+class Hostile:
+    """A server that does with each connection what it is told: `parts` are answers; None: silence; "": it ends."""
+
+    def __init__(self, *connections):
+        self.asked = []
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.url = "http://127.0.0.1:%d" % self.listener.getsockname()[1]
+        self.kept = []  # those that are silent
+        threading.Thread(target=self.run, args=(connections,), daemon=True).start()
+
+    def run(self, connections):
+        for parts in connections:
+            connection = self.listener.accept()[0]
+            for part in parts:
+                request = b""
+                while b"\r\n\r\n" not in request:
+                    request += connection.recv(65536)
+                head, body = request.split(b"\r\n\r\n", 1)
+                length = re.search(rb"Content-Length: (\d+)", head)
+                while length and len(body) < int(length.group(1)):
+                    body += connection.recv(65536)
+                self.asked.append(head.split(b" ")[1].decode())
+                if part is None:
+                    break
+                if part:
+                    connection.sendall(b"HTTP/1.1 200 OK\r\nContent-Length: %d\r\n\r\n" % len(part) + part.encode())
+            if parts[-1] is None:
+                self.kept.append(connection)
+            else:
+                connection.close()
+
+
+class Connection(unittest.TestCase):
+    def test_after_a_time_out_the_next_call_is_made(self):
+        server = Hostile([None], ['{"api": 1}', ""])
+        with picard.Plc(server.url, timeout=0.3) as plc:
+            with self.assertRaises(TimeoutError):
+                plc.version()
+            self.assertEqual(plc.version()["api"], 1)
+
+    def test_the_rest_of_an_answer_is_not_taken_for_the_next(self):
+        server = Hostile(['{"api": 0}'], ['{"api": 1}'])
+        with picard.Plc(server.url) as plc:
+            with unittest.mock.patch("http.client.HTTPResponse.read", side_effect=KeyboardInterrupt):
+                with self.assertRaises(KeyboardInterrupt):
+                    plc.version()
+            self.assertEqual(plc.version()["api"], 1)
+
+    def test_only_what_changes_nothing_is_sent_again(self):
+        server = Hostile(["{}", ""], ['{"api": 1}', ""], ['{"written": 1}', ""])
+        with picard.Plc(server.url) as plc:
+            plc.version()
+            self.assertEqual(plc.version()["api"], 1, "the server ended the connection after the second request")
+            with self.assertRaises(ConnectionError):
+                plc.values_write([{"path": "X", "value": 1}])
+            self.assertEqual(plc.values_write([{"path": "X", "value": 1}])["written"], 1)
+        self.assertEqual(server.asked.count("/api/values/write"), 2)
+
+    def test_a_connection_that_was_ended_meanwhile_is_made_anew_for_a_write(self):
+        server = Hostile(["{}"], ['{"written": 1}', ""])
+        with picard.Plc(server.url) as plc:
+            plc.version()
+            time.sleep(0.3)
+            self.assertEqual(plc.values_write([{"path": "X", "value": 1}])["written"], 1)
+        self.assertEqual(server.asked.count("/api/values/write"), 1)
+
+    def test_without_tls_nothing_is_said_after_a_refused_certificate(self):
+        server = Hostile(["{}"])
+        plc = picard.Plc(server.url.replace("http:", "https:"), token="secret", timeout=1)
+        with unittest.mock.patch.object(picard.Plc, "_socket", side_effect=picard.CertificateError("wrong")):
+            for _ in range(2):
+                with self.assertRaises(picard.CertificateError):
+                    plc.version()
+        self.assertEqual(server.asked, [])
+
+    def test_the_check_of_a_file_takes_its_time(self):
+        server = Hostile(["{}", "{}"])
+        timeouts = []
+        with picard.Plc(server.url) as plc:
+            send = plc._send
+            plc._send = lambda *all: timeouts.append(all[-1]) or send(*all)
+            plc.call("POST", "/api/program/upload", {}, body=b"image")
+            plc.call("GET", "/api/version", {})
+        self.assertGreater(timeouts[0], 60)
+        self.assertEqual(timeouts[1], 10)
+
+
 class Tls(WithPlant):
     def setUp(self):
         folder = tempfile.mkdtemp()
@@ -299,6 +389,24 @@ class Remote(WithPlant):
         again.wait(60)
         self.assertNotIn("code of the first one", said)
         shutil.rmtree(kept)
+
+
+class Forced(WithPlant):
+    def test_a_force_that_is_over_is_kept_no_more(self):
+        self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0])
+        nodes = json.loads(self.plant.remote("values.search", "pattern=*", "most=1000").stdout)["nodes"]
+        path = next(node["path"] for node in nodes if node["writable"] and node["type"] == "BOOL")
+        done = self.plant.remote("forces.set", "path=" + path, "value=true", "reason=trial", "seconds=5", "warm=true")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        kept = os.path.join(self.plant.folder, "state", "engineering", "forces.json")
+        with open(kept) as file:
+            self.assertEqual([force["path"] for force in json.load(file)], [path])
+        for _ in range(200):
+            time.sleep(0.1)
+            with open(kept) as file:
+                if json.load(file) == []:
+                    return
+        raise AssertionError("it would be forced again")
 
 
 class Kept(WithPlant):

@@ -74,8 +74,8 @@ def hash_of(data):
 class Plant:
     """plc-run with a state folder; it may be killed and started again."""
 
-    def __init__(self, project, folder, *flags):
-        self.project, self.folder, self.flags = project, folder, flags
+    def __init__(self, project, folder, *flags, program=PLC_RUN):
+        self.project, self.folder, self.flags, self.run = project, folder, flags, program
         self.out = os.path.join(folder, "out")
         open(self.out, "w").close()
         self.process, self.token = None, None
@@ -90,7 +90,7 @@ class Plant:
         with open(self.out, "ab") as out:
             self.from_byte = out.tell()
             self.process = subprocess.Popen(
-                [PLC_RUN, self.project, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", self.folder + "/state"]
+                [self.run, self.project, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", self.folder + "/state"]
                 + list(self.flags),
                 stdout=out,
                 stderr=subprocess.STDOUT,
@@ -242,6 +242,75 @@ class Switches(WithFolder):
         with picard.Plc(self.plant.url, session) as plc:
             self.assertEqual(plc.session()["user"], "anna")
 
+    def test_who_logs_out_while_another_program_starts_stays_out(self):
+        self.versions_of_the_tank()
+        self.plant = Plant(self.project, self.folder)
+        with self.plant.client() as plc:
+            plc.users_add("ben", PASSWORD, "viewer")
+            sessions = [plc.login("anna", PASSWORD, token=True)["token"] for _ in range(24)]
+            plc.program_start()
+        begin, out = time.monotonic(), []
+
+        def log_out(session, after):
+            time.sleep(max(0, begin + after - time.monotonic()))
+            try:
+                with picard.Plc(self.plant.url, session) as plc:
+                    plc.logout()
+                out.append(session)
+            except AWAY:
+                pass  # nobody has told it
+
+        def log_in():
+            try:
+                with picard.Plc(self.plant.url) as plc:
+                    plc.login("ben", PASSWORD, token=True)
+            except AWAY + (picard.PicardError,):
+                pass
+
+        # A password that is looked at holds up the end of the server.
+        threads = [threading.Thread(target=log_in) for _ in range(4)]
+        # The wish is taken after 0.05 s; from there on until the server is away.
+        threads += [threading.Thread(target=log_out, args=(session, 0.04 + 0.005 * i)) for i, session in enumerate(sessions)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.plant.wait_until(lambda p: p["starts"] == 1 and p["state"] == "runs")
+        self.assertGreater(len(out), 0)
+        for session in out:
+            with picard.Plc(self.plant.url, session) as plc:
+                with self.assertRaises(picard.PicardError) as caught:
+                    plc.session()
+            self.assertEqual(caught.exception.status, 401)
+
+    def test_a_page_of_a_folder_is_no_other_program(self):
+        os.mkdir(self.folder + "/plant")
+        compiled(self.folder + "/plant", "good.st", MOTOR.format(index=1))
+        _, other = compiled(self.folder, "other.st", MOTOR.format(index=2))
+        self.plant = Plant(self.folder + "/plant", self.folder)
+        self.plant.upload_and_start(other)
+        self.plant.wait_until(lambda p: p["image"] == hash_of(other) and p["state"] == "runs")
+        self.plant.stop()
+        with open(self.folder + "/plant/pages.toml", "w") as file:
+            file.write("# nothing yet\n")
+        self.plant.start()
+        self.assertEqual(self.plant.program()["image"], hash_of(other))
+        self.plant.stop()
+        with open(self.folder + "/plant/good.st", "a") as file:
+            file.write("(* another one *)\n")
+        self.plant.start()
+        self.assertNotEqual(self.plant.program()["image"], hash_of(other))
+
+    def test_after_an_upgrade_the_program_that_runs_goes_on(self):
+        self.versions_of_the_tank()
+        program = self.folder + "/plc-run"
+        shutil.copy2(PLC_RUN, program)
+        self.plant = Plant(self.project, self.folder, program=program)
+        shutil.copy2(PLC_RUN, program + ".new")
+        os.rename(program + ".new", program)
+        self.plant.upload_and_start(self.new)
+        self.plant.wait_until(lambda p: p["image"] == hash_of(self.new) and p["state"] == "runs")
+
     def test_killed_at_any_moment_one_of_the_two_is_there(self):
         self.versions_of_the_tank()
         self.plant = Plant(self.project, self.folder)
@@ -366,6 +435,53 @@ class Refusals(WithFolder):
         self.assertEqual(now["image"], hash_of(good))
         self.assertEqual(now["failed"]["program"]["image"], hash_of(bad))
         self.assertIn("R1001", now["failed"]["why"])
+
+    def test_a_program_that_faults_costs_the_one_before_nothing(self):
+        source, good = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        # A fault after 0.3 s, when its own retained variable could have been stored.
+        late = (
+            MOTOR.format(index=1)
+            .replace("Scans", "Sum")
+            .replace("VAR Index", "VAR Count : DINT; Index")
+            .replace("  WHILE", "  IF Count < 30 THEN Count := Count + 1; ELSE Index := 9; END_IF;\n  WHILE")
+        )
+        _, bad = compiled(self.folder, "bad.st", late)
+        self.plant = Plant(source, self.folder)
+
+        def scans():
+            with self.plant.client() as plc:
+                return plc.values_read(["main.Scans"])["values"][0]["value"]
+
+        with self.plant.client() as plc:
+            plc.forces_set("%QX0.0", False, "valve is changed", warm=True)
+        while scans() < 100:
+            time.sleep(0.05)
+        for kind in ("warm", "cold"):
+            before = scans()
+            self.plant.upload_and_start(bad, kind)
+            now = self.plant.wait_until(lambda p: "failed" in p and p["image"] == hash_of(good) and p["state"] == "runs")
+            self.assertEqual(now["failed"]["program"]["image"], hash_of(bad))
+            self.assertGreater(scans(), before, kind)
+            with self.plant.client() as plc:
+                self.assertEqual([force["path"] for force in plc.forces_list()["forces"]], ["%QX0.0"], kind)
+        self.assertFalse(os.path.exists(self.folder + "/state/retain.previous"))
+
+    def test_a_trial_that_cannot_be_noted_is_none(self):
+        source, good = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        _, other = compiled(self.folder, "other.st", MOTOR.format(index=2))
+        self.plant = Plant(source, self.folder)
+        in_the_way = self.folder + "/state/program/chosen.json.new/directory"
+        self.plant.upload_and_start(other)
+        os.makedirs(in_the_way)  # before the tasks have ended: nothing can be written in place of chosen.json
+        now = self.plant.wait_until(lambda p: "failed" in p and p["starts"] == 1 and p["state"] == "runs")
+        self.assertEqual(now["image"], hash_of(good))
+        self.assertIn("it was not tried", now["failed"]["why"])
+        self.plant.wait_for("(P7753.* it is tried again)")
+        shutil.rmtree(os.path.dirname(in_the_way))
+        self.plant.wait_for("(it is kept now)")
+        self.plant.kill()
+        self.plant.start()
+        self.assertEqual(self.plant.program()["image"], hash_of(good), "the trial is forgotten")
 
     def test_a_program_that_the_configuration_does_not_fit_is_refused(self):
         source, _ = compiled(self.folder, "good.st", MOTOR.format(index=1))
@@ -518,6 +634,31 @@ poll = "20ms"
         self.assertEqual(now["image"], hash_of(self.good))
         self.wait_for_coils(True, True)
         self.assertEqual(self.plant.stop(), 0)
+
+
+class Alarms(WithFolder):
+    def test_a_delay_is_as_long_after_a_restart(self):
+        """The clock of programs goes on where it was when plc-run ended: it is behind that of the machine then."""
+        source, _ = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        self.plant = Plant(source, self.folder)
+        time.sleep(1)
+        self.assertEqual(self.plant.stop(), 0)
+        with open(self.folder + "/alarms.toml", "w") as file:
+            file.write('[[alarm]]\nname = "Late"\ntext = "It scans"\nvariable = "main.Scans"\nabove = 0.5\non_delay = "8s"\n')
+        time.sleep(9)
+        self.plant.start()
+
+        def alarms():
+            with self.plant.client() as plc:
+                return [alarm["name"] for alarm in plc.alarms_list()["alarms"]]
+
+        begin = time.monotonic()
+        while time.monotonic() < begin + 3:
+            self.assertEqual(alarms(), [], f"after {time.monotonic() - begin:.1f} s")
+            time.sleep(0.1)
+        while not alarms() and time.monotonic() < begin + 30:
+            time.sleep(0.1)
+        self.assertEqual(alarms(), ["Late"])
 
 
 class Remote(WithFolder):

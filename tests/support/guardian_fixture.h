@@ -33,6 +33,7 @@ struct Notes {
   std::atomic<pid_t> safe_by{0};
   std::atomic<pid_t> runtime{0};
   std::atomic<int> looks{0};  ///< release_if_gone()
+  std::atomic<int> hold{0};   ///< 1: the guardian waits in release_if_gone(), and makes it 2
   std::atomic<int> closed{0};
   std::atomic<int> stopped_in_order{0};
 };
@@ -54,7 +55,13 @@ class NotedDriver final : public Driver {
     if (works_) notes_.output = 0;
     return works_;
   }
-  void release_if_gone() noexcept override { ++notes_.looks; }
+  void release_if_gone() noexcept override {
+    ++notes_.looks;
+    for (int on = 1; notes_.hold != 0; on = 1) {
+      notes_.hold.compare_exchange_strong(on, 2);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
   [[nodiscard]] bool has_outputs() const override { return outputs_; }
   void close() noexcept override { ++notes_.closed; }
   void before_scan(const runtime::ReleaseContext&) noexcept override {}

@@ -16,8 +16,7 @@ inline void write_text(const std::string& path, const std::string& text) { std::
 /// Copies the library made of faulty/`name`.cpp into the folder, whatever the permissions of the build are.
 inline std::string installed(const ScratchFolder& folder, const std::string& name) {
   const std::string to = folder.file(name + ".so");
-  std::filesystem::copy_file(PLC_FAULTY "/" + name + ".so", to,
-                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::copy_file(PLC_FAULTY "/" + name + ".so", to, std::filesystem::copy_options::overwrite_existing);
   ::chmod(to.c_str(), 0755);
   return to;
 }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/fixture.h"
@@ -255,6 +256,31 @@ TEST(Check, OfOneCodeTwentyWarningsArePrintedEverywhereAndAllOnRequest) {
   const auto json = run_tool({PLC_TOOL, "check", "--json", "--lint=none", file});
   const nlohmann::json document = nlohmann::json::parse(json.out);
   EXPECT_EQ(document["diagnostics"].size(), 30u);
+}
+
+TEST(Check, TablesBesideAProjectAreCheckedToo) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("plant.xml");
+  write_text(file, small_project());
+  write_text(scratch.file("alarms.toml"), "[[alarm]]\nvariable = \"main.Out\"\ntext = \"on\"\n");
+  write_text(scratch.file("historian.toml"), "[historian]\ntags = [\"main.In\", \"main.*\"]\n");
+  const auto good = run_tool({PLC_TOOL, "check", "--lint=none", file});
+  EXPECT_EQ(good.code, 0) << good.err;
+  EXPECT_EQ(good.err, "");
+  write_text(scratch.file("alarms.toml"), "[[alarm]]\nvariable = \"main.Oout\"\ntext = \"on\"\n");
+  const auto alarm = run_tool({PLC_TOOL, "check", file});
+  EXPECT_EQ(alarm.code, 1);
+  EXPECT_NE(alarm.err.find("alarms.toml:"), std::string::npos) << alarm.err;
+  EXPECT_NE(alarm.err.find("P7101"), std::string::npos) << alarm.err;
+  write_text(scratch.file("alarms.toml"), "");
+  write_text(scratch.file("historian.toml"), "[historian]\ntags = [\"main.In\", \"Nothing*\"]\n");
+  const auto kept = run_tool({PLC_TOOL, "check", file});
+  EXPECT_EQ(kept.code, 1);
+  EXPECT_NE(kept.err.find("historian.toml:"), std::string::npos) << kept.err;
+  // In the folder of plc.toml, where there is one.
+  std::filesystem::create_directory(scratch.file("station"));
+  write_text(scratch.file("station/plc.toml"), "");
+  EXPECT_EQ(run_tool({PLC_TOOL, "check", "--config", scratch.file("station/plc.toml"), file}).code, 0);
 }
 
 TEST(Check, ReportAccountsForElements) {

@@ -103,7 +103,7 @@ void EngineeringService::prepare(io::Plant& plant, shadow::Shadow* shadow, bool 
   read_keys();
   server_->set_program(&program_.control());
   server_->take_over(program_.from_server());
-  tell(server_->force_again(warm));
+  tell(server_->force_again(warm, !program_.settled()));
   std::vector<engineering::Said> said;
   alarms_->open(request_.state, shadow, said);
   tell(said, "alarms");
@@ -164,13 +164,14 @@ void EngineeringService::note_devices(core::TimeNs now_ns) {
 void EngineeringService::service(core::TimeNs now_ns) {
   if (!server_ || now_ns < next_ns_) return;
   next_ns_ = now_ns + kServiceNs;
+  if (program_.settled()) server_->confirmed();
   tell(server_->service(now_ns));
   if (now_ns >= next_devices_ns_) {
     next_devices_ns_ = now_ns + kDevicesNs;
     note_devices(now_ns);
   }
   std::vector<engineering::Said> said;
-  alarms_->service(now_ns, calendar_.utc_ns(), said);
+  alarms_->service(plant_->scheduler().program_ns(now_ns), calendar_.utc_ns(), said);
   tell(said, "alarms");
   said.clear();
   history_->service(said);
@@ -179,6 +180,7 @@ void EngineeringService::service(core::TimeNs now_ns) {
 
 void EngineeringService::stop() {
   if (!server_) return;
+  if (program_.settled()) server_->confirmed();
   server_->stop();
   values_->detach();
   alarms_->stop();

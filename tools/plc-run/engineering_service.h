@@ -56,7 +56,7 @@ class EngineeringService {
   /// About every 20 ms.
   void service(core::TimeNs now_ns);
   void stop();
-  /// For the process that follows; before stop(). Empty without a server.
+  /// For the process that follows; after stop(). Empty without a server.
   [[nodiscard]] std::string handover() const { return server_ ? server_->handover() : std::string(); }
   [[nodiscard]] std::string log_handover() const { return server_ ? engineering::handover_text(book_) : std::string(); }
   /// What is forced; null without a server.

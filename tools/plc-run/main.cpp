@@ -238,7 +238,11 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     log.say(core::Severity::kWarning, fmt::format("{}: {}", core::info(not_recorded->code).name, not_recorded->message),
             "record");
   }
-  if (retained.keeper) retained.keeper->start();
+  // A program on trial leaves to the one before what that has kept, until it is known which one stays.
+  const auto keep = [&] {
+    if (retained.keeper && program->settled()) retained.keeper->start();
+  };
+  keep();
   engineering.prepare(plant, recording.get(), program->start().value_or(run.start) == retain::Start::kWarm);
   let_signals_stop(&plant);
   output.stop_waiting();
@@ -282,6 +286,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     allocations.say_new(log);
     engineering.service(now);
     if (program->often(now, last_fault ? fault_text(resource, *last_fault) : "")) plant.request_stop();
+    keep();
     if (take_wish_for_report()) {
       print_statistics(run, resource, scheduler, recording.get(), std::cerr);
     }
@@ -293,15 +298,18 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const core::TimeNs stop_ns = clock.now_ns();
   const std::vector<std::uint32_t> stuck = plant.stop();
   let_signals_stop(nullptr);
+  program->end_keeping();
+  keep();
   if (retained.keeper) retained.keeper->stop(stuck);
   show_faults();
   if (last_fault) static_cast<void>(program->often(stop_ns, fault_text(resource, *last_fault)));
   if (program->ended(stop_ns) && stuck.empty()) {
     wait_for_start(*program, service, engineering, log, duration_ns == 0 ? 0 : plant.begin_ns() + duration_ns);
   }
-  if (program->again()) program->hand_over(engineering.handover(), engineering.log_handover());
   if (recording) recording->stop(stuck.empty());
   engineering.stop();  // alarms know the last scans by now
+  // After it: who logs out until then is not logged in afterwards.
+  if (program->again()) program->hand_over(engineering.handover(), engineering.log_handover());
   output.wait_again(printing_takes_too_long);
 
   show_faults();

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <ctime>
@@ -28,6 +29,8 @@ using engineering::StoredProgram;
 constexpr std::size_t kMostErrors = 2000;
 /// For an image to be looked at: compiled to machine code, and all of plc.toml beside it.
 constexpr int kCheckSeconds = 60;
+/// Between attempts on a disk that refuses.
+constexpr std::chrono::seconds kKeepAgain{1};
 
 std::string short_hash(const StoredProgram& program) { return program.image.substr(0, 8); }
 
@@ -68,8 +71,9 @@ ProgramStart::ProgramStart(std::string given, const std::string& folder, RunLog&
   control_.store = store_.get();
   control_.given_path = given_;
   control_.running = choice_.program;
-  control_.check = check_image;
+  control_.check = [this](const std::string& file) { return check_image(file, control_.ending); };
   if (!choice_.trial) return;
+  settled_ = false;
   control_.set_state(ProgramControl::State::kTrial);
   Relaunch::instance().set_trial(true);
   errors_ = std::make_unique<KeptEnd>(std::cerr);
@@ -77,7 +81,46 @@ ProgramStart::ProgramStart(std::string given, const std::string& folder, RunLog&
   hand_over(from_server_, from_log_);
 }
 
-ProgramStart::~ProgramStart() { confirming_.join(); }
+ProgramStart::~ProgramStart() { end_keeping(); }
+
+/// A disk that hangs holds up nothing but this thread.
+void ProgramStart::start_keeping() {
+  keep_ending_ = false;
+  keeping_.start("plc-program", [this] {
+    for (;;) {
+      std::string why = choice_.trial ? store_->confirm(choice_.program.image) : store_->keep();
+      const bool kept = why.empty();
+      std::unique_lock lock(keep_mutex_);
+      unkept_ = std::move(why);
+      if (kept) settled_ = true;
+      if (kept || keep_changed_.wait_for(lock, kKeepAgain, [this] { return keep_ending_; })) return;
+    }
+  });
+}
+
+void ProgramStart::end_keeping() {
+  {
+    const std::lock_guard lock(keep_mutex_);
+    keep_ending_ = true;
+  }
+  keep_changed_.notify_all();
+  keeping_.join();
+}
+
+void ProgramStart::say_unkept() {
+  std::string why;
+  {
+    const std::lock_guard lock(keep_mutex_);
+    why = unkept_;
+  }
+  if (why == unkept_said_) return;
+  unkept_said_ = why;
+  if (why.empty()) return log_.say(core::Severity::kNote, "program: it is kept now which one is to start", "program");
+  log_.say(core::Severity::kWarning,
+           fmt::format("program: {}: it is not kept which one is to start: {}; it is tried again",
+                       core::info(core::Code::P7753).name, why),
+           "program");
+}
 
 void ProgramStart::choose(const std::string& folder) {
   auto store = engineering::ProgramStore::open(folder);
@@ -123,6 +166,8 @@ std::optional<retain::Start> ProgramStart::start() const {
 
 void ProgramStart::runs(core::TimeNs begin_ns) {
   begin_ns_ = begin_ns;
+  // Not before: the guardian splits the process while it has one thread.
+  if (store_ && !choice_.trial && store_->has_unkept()) start_keeping();
   if (handed_stop_ns_ == 0) return;
   const core::TimeNs stood_ns = begin_ns - handed_stop_ns_;
   control_.stood_ns = stood_ns;
@@ -139,11 +184,11 @@ bool ProgramStart::often(core::TimeNs now_ns, const std::string& fault) {
       errors_.reset();
       Relaunch::instance().set_trial(false);
       control_.set_state(ProgramControl::State::kRuns);
-      // A disk that hangs holds up nothing here.
-      confirming_.start("plc-program", [this] { store_->confirm(); });
+      start_keeping();
       log_.talk() << fmt::format("program: {} is the one to start from now on\n", short_hash(choice_.program));
     }
   }
+  say_unkept();
   const auto wish = control_.take(now_ns);
   if (wish) take(*wish);
   return wish.has_value();
@@ -157,12 +202,14 @@ void ProgramStart::take(const ProgramControl::Wish& wish) {
            wish.start ? fmt::format("program: {} start, by {}", wish.kind, wish.by)
                       : fmt::format("program: stopped by {}; outputs are in their safe state", wish.by),
            "engineering");
-  if (wish.start) control_.set_state(ProgramControl::State::kEnds);
+  // The process that follows is to know it.
+  if (wish.start && !settled_ && !keeping_.joinable()) start_keeping();
 }
 
 void ProgramStart::fail(const std::string& why) {
   control_.set_state(ProgramControl::State::kEnds);
-  const std::string unkept = store_->fail(why, calendar_.utc_ns());
+  control_.ending = true;
+  const std::string unkept = store_->fail(choice_.program.image, why, calendar_.utc_ns());
   log_.say(core::Severity::kWarning, fmt::format("program: {}: {} does not start: {}; the one before starts again{}",
                                                  core::info(core::Code::P7752).name, title_of(choice_.program), why,
                                                  unkept.empty() ? "" : " (" + unkept + ")"));
@@ -202,9 +249,9 @@ int ProgramStart::exit_code(int code, bool asked) {
   return kExitRelaunch;
 }
 
-std::string check_image(const std::string& file) {
+std::string check_image(const std::string& file, const std::atomic<bool>& ending) {
   std::vector<std::string> words = Relaunch::instance().arguments();
-  words[0] = Relaunch::own_path();
+  const std::string program = Relaunch::own_path();
   words.insert(words.begin() + 1, "--check=" + file);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -223,19 +270,19 @@ std::string check_image(const std::string& file) {
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   pid_t child = 0;
-  const int refused = ::posix_spawn(&child, words[0].c_str(), &actions, &attributes, arguments.data(), environ);
+  const int refused = ::posix_spawn(&child, program.c_str(), &actions, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   std::string wrong;
   if (refused != 0) {
-    wrong = fmt::format("{} cannot be run to look at it: {}", words[0], std::strerror(refused));
+    wrong = fmt::format("{} cannot be run to look at it: {}", program, std::strerror(refused));
   } else {
     int status = 0;
     core::MonotonicClock clock;
     const core::TimeNs until = clock.now_ns() + kCheckSeconds * core::TimeNs{1'000'000'000};
     pid_t ended = 0;
     while ((ended = ::waitpid(child, &status, WNOHANG)) == 0) {
-      if (clock.now_ns() > until) ::kill(child, SIGKILL);
+      if (clock.now_ns() > until || ending) ::kill(child, SIGKILL);
       clock.sleep_until_ns(clock.now_ns() + 2'000'000);
     }
     if (ended < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != kExitOk) {

@@ -6,7 +6,10 @@
 // what is on the disk (engineering/program_store.h), loading, running.
 #pragma once
 
+#include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <streambuf>
 #include <string>
@@ -63,6 +66,11 @@ class ProgramStart {
   [[nodiscard]] const std::string& from_log() const { return from_log_; }
   engineering::ProgramControl& control() { return control_; }
 
+  /// What is kept on the disk may become this program's: it is on no trial, and that it is the one is on the disk.
+  [[nodiscard]] bool settled() const { return settled_; }
+  /// No more attempts to get there, but one when there was none yet.
+  void end_keeping();
+
   /// The tasks run since `begin_ns`.
   void runs(core::TimeNs begin_ns);
   /// About every 20 ms while they do. True when they are to end. `fault`: of the latest fault, or empty.
@@ -84,6 +92,8 @@ class ProgramStart {
   void choose(const std::string& folder);
   void take(const engineering::ProgramControl::Wish& wish);
   void fail(const std::string& why);
+  void start_keeping();
+  void say_unkept();
 
   std::string given_;
   RunLog& log_;
@@ -93,13 +103,19 @@ class ProgramStart {
   engineering::ProgramStore::Choice choice_;
   engineering::ProgramControl control_;
   std::unique_ptr<KeptEnd> errors_;  ///< of a trial
-  runtime::OrdinaryThread confirming_;
+  runtime::OrdinaryThread keeping_;  ///< puts the choice on the disk
+  std::mutex keep_mutex_;            ///< of what follows
+  std::condition_variable keep_changed_;
+  bool keep_ending_ = false;
+  std::string unkept_;  ///< why it is not there yet
+  std::string unkept_said_;
+  std::atomic<bool> settled_{true};
   std::string start_, next_start_, from_server_, from_log_;
   core::TimeNs begin_ns_ = 0, stopped_ns_ = 0, handed_stop_ns_ = 0;
   bool restarted_ = false, halts_ = false, again_ = false;
 };
 
-/// ProgramControl::check for this command line.
-std::string check_image(const std::string& file);
+/// ProgramControl::check for this command line. Is given up when `ending` becomes true.
+std::string check_image(const std::string& file, const std::atomic<bool>& ending);
 
 }  // namespace plc::tools

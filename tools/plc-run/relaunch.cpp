@@ -24,6 +24,7 @@ namespace plc::tools {
 namespace {
 
 constexpr const char* kVariable = "PICARD_RELAUNCH";
+constexpr const char* kSelf = "/proc/self/exe";
 constexpr const char* kOomScore = "/proc/self/oom_score_adj";
 
 std::string read_all(int file) {
@@ -87,9 +88,10 @@ bool Relaunch::on_trial() const { return trial_ != nullptr && trial_->load(); }
 
 int Relaunch::end(int code) const {
   // A runtime with a guardian is its child: that one starts anew, when nothing of this process holds a device any more.
-  if (code != kExitRelaunch || ::getpid() != first_process_) return code;
+  const bool again = code == kExitRelaunch || (code != kExitOk && on_trial() && signal_to_stop() == 0);
+  if (!again || ::getpid() != first_process_) return code;
   execute();
-  if (signal_to_stop() != 0) return kExitOk;
+  if (signal_to_stop() != 0) return code == kExitRelaunch ? kExitOk : code;
   complain("plc-run", fmt::format("cannot be started anew: {}", std::strerror(errno)));
   return kExitErrors;
 }
@@ -102,7 +104,8 @@ int Relaunch::guardian_ended(int code, bool asked) const {
 
 std::string Relaunch::own_path() {
   std::error_code ignored;
-  return std::filesystem::read_symlink("/proc/self/exe", ignored).string();
+  const std::string path = std::filesystem::read_symlink(kSelf, ignored).string();
+  return std::filesystem::exists(path, ignored) ? path : kSelf;
 }
 
 /// Returns when it fails, or a signal wants an end.
@@ -130,7 +133,7 @@ void Relaunch::execute() const {
   for (const std::string& word : arguments_) words.push_back(const_cast<char*>(word.c_str()));
   words.push_back(nullptr);
   ::execv(own_path().c_str(), words.data());
-  ::execv("/proc/self/exe", words.data());  // an upgrade has replaced the file: this one goes on
+  ::execv(kSelf, words.data());  // an upgrade has replaced the file: this one goes on
 }
 
 }  // namespace plc::tools

@@ -33,13 +33,14 @@ class Relaunch {
   void set_trial(bool trial);
   [[nodiscard]] bool on_trial() const;
 
-  /// Last of all in main(): the exit code; or this process, when no guardian waits for it, is started anew.
+  /// Last of all in main(): the exit code; or this process, when no guardian waits for it, is started anew: also after
+  /// an end on trial that nobody wanted.
   int end(int code) const;
   /// In the guardian: starts anew, or gives the code to exit with. `asked`: a signal wants the end.
   int guardian_ended(int code, bool asked) const;
   /// The command line.
   [[nodiscard]] const std::vector<std::string>& arguments() const { return arguments_; }
-  /// Of this program's file.
+  /// Of this program's file; /proc/self/exe when another one is at its place by now, as after an upgrade.
   [[nodiscard]] static std::string own_path();
 
  private:

@@ -9,10 +9,16 @@
 #include <iterator>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
+#include "alarms/alarms.h"
 #include "engineering/hmi_pages.h"
+#include "historian/historian.h"
 #include "hmi/document.h"
+#include "io-drivers/config/read_alarms.h"
+#include "io-drivers/config/read_historian.h"
+#include "io-drivers/config/table_file.h"
 #include "ir/lint.h"
 #include "runtime/resource.h"
 #include "stdlib/library.h"
@@ -133,6 +139,34 @@ void check_pages(const std::string& file, Compilation& compilation, const taskbl
   engineering::offers_of_pages(*document, variables, compilation.diagnostics);
 }
 
+/// Where plc-run looks for alarms.toml and historian.toml.
+std::filesystem::path folder_of_tables(const std::string& file, const io::Configuration& configuration) {
+  const std::filesystem::path beside(configuration.file.empty() ? file : configuration.file);
+  std::error_code none;
+  return std::filesystem::is_directory(beside, none) ? beside : beside.parent_path();
+}
+
+/// The alarms and the variables that are kept, as plc-run reads them.
+void check_tables(const std::string& file, const io::Configuration& configuration, Compilation& compilation,
+                  const taskblocks::Registry& registry) {
+  const std::filesystem::path folder = folder_of_tables(file, configuration);
+  const std::string of_alarms = (folder / "alarms.toml").string(), of_history = (folder / "historian.toml").string();
+  core::Diagnostics& found = compilation.diagnostics;
+  const auto alarm_text = io::table_file_text(of_alarms, found);
+  const auto history_text = io::table_file_text(of_history, found);
+  if (!alarm_text && !history_text) return;
+  auto definitions = alarm_text ? io::read_alarms(*alarm_text, of_alarms, found) : std::vector<alarms::Definition>();
+  const auto settings = history_text ? io::read_historian(*history_text, of_history, found) : std::nullopt;
+  runtime::ProgramOptions options;
+  options.taskblocks = &registry;
+  options.start_taskblocks = false;
+  const auto resource = runtime::Resource::load(*compilation.image, options);
+  if (!resource) return;
+  const bool recorded = configuration.record.mode != io::RecordMode::kOff;
+  if (alarm_text) const alarms::Alarms all(**resource, std::move(definitions), recorded, found);
+  if (settings) static_cast<void>(historian::chosen_by(*settings, **resource, recorded, found));
+}
+
 /// Variables that devices or the Modbus server read or write.
 std::vector<std::string> named_variables(const io::Configuration& configuration) {
   std::vector<std::string> names = {configuration.modbus.client_seen.text};
@@ -170,7 +204,10 @@ int run(const Check& check) {
     Compilation compilation;
     open({file, check.options, Goal::kCheck, libraries, lint, &registry}, compilation);
     if (compilation.ok() && compilation.image) check_taskblocks(compilation, registry);
-    if (compilation.ok() && compilation.image) check_pages(file, compilation, registry);
+    if (compilation.ok() && compilation.image) {
+      check_pages(file, compilation, registry);
+      check_tables(file, configuration, compilation, registry);
+    }
     const bool good = compilation.ok() && !(check.werror && compilation.diagnostics.warning_count() != 0);
     exit_code = std::max(exit_code, good ? kExitOk : compilation.readable ? kExitErrors : kExitUsage);
     if (!check.json) {
@@ -192,7 +229,7 @@ void add_check(Command program) {
       "check",
       "Compiles files and reports every problem found, writes nothing. Files without errors are linted: what\n"
       "compiles, but is hardly meant, is a warning; what only other tools take, as the standard does not know it,\n"
-      "is a note. A pages.toml beside a project is checked, too.\n"
+      "is a note. A pages.toml, alarms.toml and historian.toml beside a project are checked, too.\n"
       "\n"
       "Examples:\n"
       "  plc check plant.xml\n"

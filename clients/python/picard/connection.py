@@ -5,6 +5,7 @@ import hashlib
 import http.client
 import json
 import os
+import selectors
 import socket
 import ssl
 import struct
@@ -33,12 +34,16 @@ def _normal(fingerprint):
     return fingerprint.replace(":", "").upper()
 
 
+FILE_TIMEOUT = 70.0  # seconds: the server checks a file for up to 60 before it answers
+
+
 class Connection:
     """Calls of one server, one after another. Not for several threads at a time."""
 
     def __init__(self, url, token=None, fingerprint=None, cafile=None, timeout=10.0):
         """`token`: of login() or tokens_add(). `fingerprint`: of a certificate that the server has made for itself, as
-        plc-run prints it. `cafile`: who may have signed it, in place of those that the system knows."""
+        plc-run prints it. `cafile`: who may have signed it, in place of those that the system knows. `timeout`: seconds for
+        an answer; those to files may take 70."""
         parts = urllib.parse.urlsplit(url if "://" in url else "https://" + url)
         self._secure = parts.scheme != "http"
         self._host = parts.hostname
@@ -71,7 +76,11 @@ class Connection:
         if self._fingerprint is not None:
             context.check_hostname = False
             context.verify_mode = ssl.CERT_NONE  # its fingerprint is compared below
-        encrypted = context.wrap_socket(raw, server_hostname=self._host)
+        try:
+            encrypted = context.wrap_socket(raw, server_hostname=self._host)
+        except BaseException:
+            raw.close()
+            raise
         if self._fingerprint is not None:
             has = hashlib.sha256(encrypted.getpeercert(binary_form=True)).hexdigest().upper()
             if has != _normal(self._fingerprint):
@@ -83,20 +92,46 @@ class Connection:
         host = f"[{self._host}]" if ":" in self._host else self._host
         return f"{host}:{self._port}"
 
-    def _send(self, method, target, body, headers):
+    def _is_ended(self):
+        """Whether the server has ended the connection: between calls nothing else comes from it."""
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._http.sock, selectors.EVENT_READ)
+            return bool(selector.select(0))
+
+    def _connect(self):
+        http_connection = http.client.HTTPConnection(self._host, self._port)
+        http_connection.auto_open = 0  # it would connect without TLS
+        http_connection.sock = self._socket()
+        self._http = http_connection
+
+    def _send(self, method, target, body, headers, timeout):
+        """The whole answer. After any failure the connection is made anew by the next call: an answer that comes late must
+        not be taken for another one. A request that the server may have had is sent again only when it changes nothing."""
         for attempt in (1, 2):
+            # The server ends connections that were silent for long.
+            if self._http is not None and (self._http.sock is None or self._is_ended()):
+                self.close()
             fresh = self._http is None
             if fresh:
-                self._http = http.client.HTTPConnection(self._host, self._port, timeout=self._timeout)
-                self._http.sock = self._socket()
+                self._connect()
+            written = False
             try:
+                self._http.sock.settimeout(timeout)
                 self._http.request(method, target, body, headers)
-                return self._http.getresponse()
-            except (ConnectionError, http.client.RemoteDisconnected):
-                # The server ends connections that were silent for long.
+                written = True
+                response = self._http.getresponse()
+                answer = response.read()
+            except ConnectionError:
                 self.close()
-                if fresh or attempt == 2:
+                if fresh or attempt == 2 or (written and method != "GET"):
                     raise
+            except BaseException:
+                self.close()
+                raise
+            else:
+                if response.will_close:
+                    self.close()
+                return response, answer
         raise AssertionError("unreachable")
 
     def call(self, method, path, fields, file=False, body=None):
@@ -106,9 +141,11 @@ class Connection:
         headers = {"Host": self._host_header()}
         if self.token:
             headers["Authorization"] = "Bearer " + self.token
+        timeout = self._timeout
         if method == "GET" or body is not None:
             if body is not None:
                 headers["Content-Type"] = "application/octet-stream"
+                timeout = None if timeout is None else max(timeout, FILE_TIMEOUT)
             if fields:
                 texts = {
                     name: str(value).lower() if isinstance(value, bool) else value for name, value in fields.items()
@@ -117,10 +154,7 @@ class Connection:
         else:
             body = json.dumps(fields).encode()
             headers["Content-Type"] = "application/json"
-        response = self._send(method, path, body, headers)
-        answer = response.read()
-        if response.will_close:
-            self.close()
+        response, answer = self._send(method, path, body, headers, timeout)
         if response.status == 200 and file:
             return answer
         try:

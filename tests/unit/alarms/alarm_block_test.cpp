@@ -40,16 +40,21 @@ END_RESOURCE
 END_CONFIGURATION
 )";
 
-TEST(AlarmBlocks, AreFoundByThemselves) {
+std::unique_ptr<runtime::Resource> compiled() {
   const ScratchFolder scratch;
   const std::string path = scratch.file("plant.st");
   std::ofstream(path) << kSource;
   compiler::Compilation compilation;
   compiler::compile({path, {}, compiler::Goal::kRun}, compilation);
-  ASSERT_TRUE(compilation.ok());
+  EXPECT_TRUE(compilation.ok());
   auto loaded = runtime::Resource::load(std::move(*compilation.image));
-  ASSERT_TRUE(loaded) << loaded.error().message;
-  runtime::Resource& resource = **loaded;
+  EXPECT_TRUE(loaded) << loaded.error().message;
+  return std::move(*loaded);
+}
+
+TEST(AlarmBlocks, AreFoundByThemselves) {
+  const auto loaded = compiled();
+  runtime::Resource& resource = *loaded;
   core::Diagnostics diagnostics;
   Alarms alarms(resource, {}, true, diagnostics);
   EXPECT_EQ(alarms.count(), 3u);
@@ -84,6 +89,38 @@ TEST(AlarmBlocks, AreFoundByThemselves) {
   for (const View& view : alarms.list(false)) {
     EXPECT_EQ(view.order, view.definition.name == "main.high" ? 1u : 2u);
     EXPECT_EQ(view.state, view.definition.name == "main.high" ? State::kUnackedActive : State::kUnackedReturned);
+  }
+}
+
+TEST(AlarmBlocks, KeepTheirPinsOverARestart) {
+  const auto loaded = compiled();
+  runtime::Resource& resource = *loaded;
+  core::Diagnostics diagnostics;
+  Alarms alarms(resource, {}, true, diagnostics);
+  // Active, raised, not acknowledged.
+  alarms.restore({{"main.high", 7, std::nullopt, 1}, {"main.valves[2].stuck", 7, std::nullopt, 2}}, 10);
+  auto shadow = shadow::Shadow::start(
+      resource, {}, {"PICARD test", "", 0, bytecode::kDefaultLoopBudget, "UTC", bytecode::save(resource.image())});
+  ASSERT_TRUE(shadow) << shadow.error().message;
+  (*shadow)->observe(alarms);
+  ASSERT_FALSE(resource.program(0).execute({0, 0, 0}));
+  std::vector<Event> events;
+  std::vector<Kept> states;
+  for (int turn = 0; turn < 1000 && events.empty(); ++turn) {
+    alarms.take(events, states);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  ASSERT_EQ(events.size(), 1u) << "one that is latched does not return";
+  EXPECT_EQ(events[0].alarm, "main.valves[2].stuck");
+  EXPECT_EQ(events[0].what, Happened::kReturned);
+  EXPECT_EQ(events[0].text, "Valve is stuck");
+  EXPECT_EQ(events[0].priority, Priority::kCritical);
+  for (const View& view : alarms.list(false)) {
+    if (view.definition.name != "main.high") continue;
+    EXPECT_EQ(view.state, State::kUnackedActive);
+    EXPECT_EQ(view.definition.text, "Zu voll: ä");
+    EXPECT_EQ(view.definition.group, "line");
+    EXPECT_TRUE(view.definition.latch);
   }
 }
 

@@ -151,5 +151,40 @@ TEST(AlarmStore, BeginsAnewWhereTheFileIsNoDatabase) {
   EXPECT_EQ(store.read({}).size(), 1u);
 }
 
+TEST(AlarmStore, GoesOnBehindWhatIsThereWhenItCanBeOpenedLater) {
+  const Folder folder;
+  std::vector<std::string> said;
+  {
+    AlarmStore store(folder.path, said);
+    store.start();
+    store.add({event(1), event(2), event(3, "Low")}, {});
+    store.stop();
+  }
+  ASSERT_TRUE(said.empty()) << said.front();
+  const std::string file = folder.path + "/alarms.db", aside = folder.path + "/aside";
+  fs::rename(file, aside);
+  fs::create_directory(file);
+  AlarmStore store(folder.path, said);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_EQ(store.last_number(), 0);
+  store.start();
+  store.add({event(1, "New")}, {});
+  fs::remove(file);
+  fs::rename(aside, file);
+  std::string again;
+  for (int i = 0; i < 2000 && again.empty(); ++i) {
+    again = store.take_said();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_NE(again.find("is written again"), std::string::npos) << again;
+  store.add({event(2, "Newer")}, {});
+  store.stop();
+  const auto all = store.read({});
+  ASSERT_EQ(all.size(), 5u) << "nothing is overwritten";
+  EXPECT_EQ(all[0].alarm + " " + std::to_string(all[0].number), "Newer 5");
+  EXPECT_EQ(all[1].alarm + " " + std::to_string(all[1].number), "New 4");
+  EXPECT_EQ(all[2].alarm + " " + std::to_string(all[2].number), "Low 3");
+}
+
 }  // namespace
 }  // namespace plc::test

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "runtime/sched/realtime.h"
 #include "shadow/shadow.h"
 #include "tests/support/image_builder.h"
 
@@ -34,8 +35,9 @@ bytecode::VerifiedImage alarm_image() {
 }
 
 struct Plant {
-  explicit Plant(std::vector<Definition> definitions, bool recorded = true)
-      : resource(std::move(*runtime::Resource::load(alarm_image()))),
+  explicit Plant(std::vector<Definition> definitions, bool recorded = true,
+                 bytecode::VerifiedImage image = alarm_image())
+      : resource(std::move(*runtime::Resource::load(std::move(image)))),
         alarms(*resource, std::move(definitions), recorded, diagnostics) {
     if (!recorded) return;
     auto started = shadow::Shadow::start(
@@ -44,11 +46,15 @@ struct Plant {
     shadow = std::move(*started);
     shadow->observe(alarms);
   }
-  void scans(int count) {
+  void scans(int count, std::uint32_t task = 0) {
     for (int i = 0; i < count; ++i) {
       now_ns += 10'000'000;
-      ASSERT_FALSE(resource->program(0).execute({now_ns, 0, now_ns}));
+      ASSERT_FALSE(resource->program(task).execute({now_ns, 0, now_ns}));
     }
+  }
+  void write(const char* path, const char* value) {
+    runtime::Access access(*resource);
+    ASSERT_FALSE(access.write(*access.find(path), value));
   }
   /// What has happened, once the shadow knows all scans.
   std::vector<Event> events(std::size_t least) {
@@ -159,14 +165,13 @@ TEST(Alarms, AreSuppressedByThePlant) {
   Plant plant({away, total});
   plant.scans(20);
   ASSERT_EQ(plant.events(1).size(), 1u);
-  runtime::Access access(*plant.resource);
-  ASSERT_FALSE(access.write(*access.find("Away"), "1"));
+  plant.write("Away", "1");
   plant.scans(1);
   const auto events = plant.events(2);
   ASSERT_EQ(events.size(), 2u);
-  EXPECT_EQ(events[0].what, Happened::kRaised);
+  EXPECT_EQ(events[0].what, Happened::kSuppressed) << "before what begins in the same scan";
   EXPECT_EQ(events[0].scan, 20u) << "what an HMI writes is there with the next scan";
-  EXPECT_EQ(events[1].what, Happened::kSuppressed);
+  EXPECT_EQ(events[1].what, Happened::kRaised);
   for (const View& view : plant.alarms.list(false))
     EXPECT_EQ(view.state, view.definition.name == "Total" ? State::kSuppressed : State::kUnackedActive);
 }
@@ -185,6 +190,134 @@ TEST(Alarms, WithoutRecordsAreThoseOfGlobals) {
   EXPECT_EQ(events[0].alarm, "Total");
   EXPECT_FALSE(events[0].scan) << "looked at between scans";
   EXPECT_EQ(events[0].value, 40);
+}
+
+std::vector<Happened> kinds(const std::vector<Event>& events) {
+  std::vector<Happened> all;
+  for (const Event& event : events) all.push_back(event.what);
+  return all;
+}
+
+TEST(Alarms, AreNotSeenWhenTheirSuppressionBeginsOrEndsWithThem) {
+  for (const bool recorded : {true, false}) {
+    Definition low = above("Low", "Total", 100);
+    low.comparison = Comparison::kBelow;
+    low.suppress = "Away";
+    Plant plant({low}, recorded);
+    const auto scans = [&](int count) {
+      plant.scans(count);
+      if (!recorded) plant.alarms.service(plant.now_ns, plant.now_ns);
+    };
+    plant.write("Away", "1");
+    scans(1);
+    EXPECT_EQ(kinds(plant.events(1)), (std::vector<Happened>{Happened::kSuppressed})) << recorded;
+    scans(48);
+    plant.write("Away", "0");
+    scans(1);  // Total is 100
+    EXPECT_EQ(kinds(plant.events(1)), (std::vector<Happened>{Happened::kUnsuppressed})) << recorded;
+    EXPECT_EQ(plant.alarms.list(true).front().state, State::kNormal);
+  }
+}
+
+TEST(Alarms, AreRaisedAfterARestartWhenTheyWereSuppressedBefore) {
+  AlarmState before;
+  before.condition(true, false);
+  before.suppress(true);
+  Plant again({above("Total", "Total", -10)});
+  again.alarms.restore({{"Total", before.packed(), std::nullopt, 1}}, 7);
+  EXPECT_TRUE(again.alarms.list(false).empty());
+  again.scans(1);
+  EXPECT_EQ(kinds(again.events(1)), (std::vector<Happened>{Happened::kRaised})) << "nobody has seen it";
+}
+
+/// Level is an input of both tasks; both write Copy.
+bytecode::VerifiedImage two_speeds() {
+  ImageBuilder b;
+  const std::uint32_t dint = b.type(TypeId::kDint);
+  const Word level = b.global("Level", dint, {}, {.input = true});
+  const Word copy = b.global("Copy", dint);
+  PouBuilder slow = b.pou("Slow", PouKind::kProgram);
+  slow.op(Opcode::kMove32, {copy, level});
+  b.task("Lazy", 50'000'000, {slow.finish()}, 1);
+  PouBuilder fast = b.pou("Fast", PouKind::kProgram);
+  fast.op(Opcode::kMove32, {copy, level});
+  b.task("Quick", 10'000'000, {fast.finish()}, 0);
+  core::Diagnostics diagnostics;
+  auto image = bytecode::verify(b.build(), diagnostics);
+  EXPECT_TRUE(image);
+  return std::move(*image);
+}
+
+TEST(Alarms, OfAGlobalOfSeveralTasksAreThoseOfTheFastest) {
+  Plant plant({above("Level", "Level", 0), above("Copy", "Copy", 0)}, true, two_speeds());
+  ASSERT_EQ(plant.diagnostics.all().size(), 0u);
+  // All of it is taken at once: replicas execute the scans of one task after those of the other.
+  for (int round = 0; round < 4; ++round) {
+    if (round == 2) plant.write("Level", "1");
+    plant.scans(5, 1);
+    plant.scans(1, 0);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  const auto events = plant.events(2);
+  ASSERT_EQ(kinds(events), (std::vector<Happened>{Happened::kRaised, Happened::kRaised}));
+  for (const Event& event : events) {
+    EXPECT_EQ(event.task, "Quick");
+    EXPECT_EQ(event.scan, 10u);
+  }
+}
+
+TEST(Alarms, GoOnWithTheGlobalsOfATaskThatHasStopped) {
+  Plant plant({above("Total", "Total", 10)});
+  plant.scans(20);
+  ASSERT_EQ(kinds(plant.events(1)), (std::vector<Happened>{Happened::kRaised}));
+  const auto place = runtime::Access(*plant.resource).find("Total");
+  ASSERT_TRUE(place);
+  const std::int32_t safe = 0;
+  const runtime::GlobalWrite value{place->offset, place->type, reinterpret_cast<const std::byte*>(&safe), nullptr};
+  plant.resource->program(0).publish_safe({&value, 1});
+  plant.resource->globals().task_stopped(0);
+  plant.alarms.service(plant.now_ns, plant.now_ns);
+  std::vector<Event> events = plant.events(0);
+  EXPECT_TRUE(events.empty()) << "scans from before may still come";
+  for (int turn = 0; turn < 1000 && events.empty(); ++turn) {
+    plant.now_ns += 100'000'000;
+    plant.alarms.service(plant.now_ns, plant.now_ns);
+    std::vector<Kept> states;
+    plant.alarms.take(events, states);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  ASSERT_EQ(kinds(events), (std::vector<Happened>{Happened::kReturned}));
+  EXPECT_FALSE(events[0].scan);
+  EXPECT_EQ(events[0].value, 0);
+}
+
+TEST(Alarms, DelaysAreThoseOfTheClockOfThePrograms) {
+  Definition total = above("Total", "Total", 2);
+  total.on_delay_ns = 3'000'000'000'000;
+  Plant plant({total});
+  runtime::RealtimeOptions options;
+  options.realtime_priority = false;
+  options.lock_memory = false;
+  // A long time behind the clock of the machine, or ahead of it, as after a restart with values that were kept.
+  const core::MonotonicClock clock;
+  const core::TimeNs begin_ns = clock.now_ns() + 10'000'000'000'000;
+  options.program_time_ns = begin_ns;
+  runtime::RealtimeScheduler scheduler(*plant.resource, options);
+  EXPECT_EQ(scheduler.program_ns(clock.now_ns()), begin_ns) << "it stands until the start";
+  scheduler.start();
+  while (scheduler.statistics(0).scans < 10) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  const core::TimeNs now_ns = clock.now_ns();
+  EXPECT_GE(scheduler.program_ns(now_ns), begin_ns + 80'000'000);
+  EXPECT_EQ(scheduler.program_ns(now_ns + 5) - scheduler.program_ns(now_ns), 5);
+  scheduler.request_stop();
+  scheduler.join();
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const auto after = [&](core::TimeNs time_ns) { return scheduler.program_ns(clock.now_ns() + time_ns); };
+  plant.alarms.service(after(0), 0);
+  plant.alarms.service(after(2'990'000'000'000), 0);
+  EXPECT_TRUE(plant.events(0).empty()) << "the delay still runs";
+  plant.alarms.service(after(3'100'000'000'000), 0);
+  EXPECT_EQ(plant.events(1).size(), 1u) << "also when no scan comes any more";
 }
 
 }  // namespace

@@ -4,9 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <new>
 #include <string>
+#include <utility>
 
 #include "engineering/validate.h"
+#include "engineering/worker.h"
 #include "tests/unit/engineering/rig.h"
 
 namespace plc::test {
@@ -280,6 +286,61 @@ TEST(Dispatch, TooManyCallsOfOneAddressWait) {
   EXPECT_EQ(rig.send(other).status, 200);
   rig.clock.sleep_until_ns(rig.clock.now_ns() + 1'000'000'000);
   EXPECT_EQ(rig.get("/api/version", "").status, 200);
+}
+
+/// Runs a row of this test's own.
+HttpResponse run(EngineeringRig& rig, const Call& call) {
+  const engineering::Dispatcher dispatcher(rig.context, rig.hosts, false);
+  engineering::ReadyCall ready;
+  ready.call = &call;
+  ready.request = std::make_unique<Json>(Json::object());
+  return dispatcher.run(ready);
+}
+
+TEST(Dispatch, DoesNotCopyAFile) {
+  static const char* given = nullptr;
+  constexpr Call kCall = {
+      .name = "large",
+      .path = "",
+      .doc = "",
+      .run =
+          [](engineering::Context&, const engineering::Caller&, const Json&, engineering::Answer& answer) {
+            std::string bytes(1'000'000, 'x');
+            given = bytes.data();
+            answer.give_file(std::move(bytes), "large");
+          },
+      .form = Form::kFile};
+  EngineeringRig rig;
+  const HttpResponse response = run(rig, kCall);
+  EXPECT_EQ(response.body.size(), 1'000'000u);
+  EXPECT_EQ(response.body.data(), given);
+}
+
+TEST(Dispatch, ACallWithoutMemoryIsAnAnswer) {
+  constexpr Call kCall = {.name = "greedy",
+                          .path = "",
+                          .doc = "",
+                          .run = [](engineering::Context&, const engineering::Caller&, const Json&,
+                                    engineering::Answer&) { throw std::bad_alloc(); }};
+  EngineeringRig rig;
+  const HttpResponse response = run(rig, kCall);
+  EXPECT_EQ(response.status, 500);
+  EXPECT_EQ(body_of(response)["code"], "P9001");
+}
+
+TEST(Worker, WorkThatThrowsEndsNothing) {
+  engineering::Worker worker(8);
+  worker.start("test");
+  std::promise<void> done;
+  EXPECT_TRUE(worker.post([] { throw std::bad_alloc(); }));
+  EXPECT_TRUE(worker.post([&done] { done.set_value(); }));
+  EXPECT_EQ(done.get_future().wait_for(std::chrono::seconds(10)), std::future_status::ready);
+  worker.stop();
+}
+
+TEST(Dispatch, RecordedScansAreExecutedAgainOnTheThreadForThem) {
+  for (const char* path : {"/api/trace", "/api/history/scans"})
+    EXPECT_EQ(engineering::find_call(path)->thread, engineering::Thread::kPast) << path;
 }
 
 TEST(Dispatch, TellsTheVersionAloneBeforeLogin) {

@@ -1,6 +1,7 @@
 // Forces, recorded scans, traces and variables of tasks, as clients have them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <iterator>
 #include <map>
@@ -107,7 +108,7 @@ TEST(KeptForces, HoldAfterAWarmStartWhenAsked) {
     for (const Json& one : list(rig)) values[one["path"]] = one["value"];
   }
   EngineeringRig rig;
-  EXPECT_EQ(engineering::force_again(folder, rig.calendar.utc_ns() + 2'000'000'000, rig.forces),
+  EXPECT_EQ(engineering::force_again(folder, rig.calendar.utc_ns() + 2'000'000'000, 0, rig.forces),
             std::vector<std::string>());
   const Json all = list(rig);
   ASSERT_EQ(all.size(), std::size(wanted)) << all;
@@ -119,11 +120,38 @@ TEST(KeptForces, HoldAfterAWarmStartWhenAsked) {
   }
   // A program that has the variable no more says so.
   EXPECT_EQ(engineering::store_kept_forces(folder, {{"Gone", "1", "anna", "trial", 0, {}, true}}), "");
-  EXPECT_EQ(engineering::force_again(folder, 0, rig.forces).size(), 1u);
+  EXPECT_EQ(engineering::force_again(folder, 0, 0, rig.forces).size(), 1u);
   EXPECT_EQ(engineering::store_kept_forces(folder, {}), "");
   EngineeringRig cold;
-  EXPECT_TRUE(engineering::force_again(folder, 0, cold.forces).empty());
+  EXPECT_TRUE(engineering::force_again(folder, 0, 0, cold.forces).empty());
   EXPECT_EQ(cold.forces.size(), 0u);
+}
+
+TEST(Forces, EndByAClockThatNobodySets) {
+  EngineeringRig rig;
+  ASSERT_EQ(force(rig, {{"path", "Total"}, {"value", 1}, {"reason", "trial"}, {"seconds", 60}}).status, 200);
+  constexpr core::TimeNs kHourNs = 3'600'000'000'000, kSecondNs = 1'000'000'000;
+  rig.calendar.now_ns += kHourNs;
+  EXPECT_TRUE(rig.forces.expire(rig.clock.now_ns() + 59 * kSecondNs).empty());
+  rig.calendar.now_ns -= 2 * kHourNs;
+  EXPECT_EQ(rig.forces.expire(rig.clock.now_ns() + 60 * kSecondNs).size(), 1u);
+}
+
+TEST(KeptForces, HoldForTheRestOfTheirTime) {
+  const ScratchFolder scratch;
+  constexpr core::TimeNs kSecondNs = 1'000'000'000, kSetNs = 1'800'000'000 * kSecondNs, kNowNs = 7 * kSecondNs;
+  const auto rest_at = [&](core::TimeNs utc_ns) {
+    EngineeringRig rig;
+    EXPECT_EQ(engineering::store_kept_forces(scratch.file(""),
+                                             {{"Total", "1", "anna", "trial", kSetNs, kSetNs + 60 * kSecondNs, true}}),
+              "");
+    EXPECT_TRUE(engineering::force_again(scratch.file(""), utc_ns, kNowNs, rig.forces).empty());
+    const auto all = rig.forces.list();
+    return all.empty() ? core::TimeNs{0} : all[0].until_mono_ns.value_or(0) - kNowNs;
+  };
+  EXPECT_EQ(rest_at(kSetNs + 20 * kSecondNs), 40 * kSecondNs);
+  EXPECT_EQ(rest_at(kSetNs + 60 * kSecondNs), 0) << "it is over";
+  EXPECT_EQ(rest_at(kSetNs - 3600 * kSecondNs), 60 * kSecondNs) << "UTC was set back";
 }
 
 /// A plant whose scans are recorded.
@@ -162,6 +190,17 @@ TEST(RecordedScans, CanBeHadAsATraceChosenAfterwards) {
                                           {"after", 0}},
                                          "viewer");
   EXPECT_EQ(around.body, "scan,time_ms,Total\n98,-10,99\n99,0,100\n") << around.status;
+  // For ever is a time, too.
+  const HttpResponse all = r.rig.post("/api/trace",
+                                      {{"paths", {"Total"}},
+                                       {"seconds", 1e300},
+                                       {"trigger", "Main0.Count"},
+                                       {"level", 100},
+                                       {"before", 1e300},
+                                       {"after", 1e300}},
+                                      "viewer");
+  EXPECT_EQ(std::count(all.body.begin(), all.body.end(), '\n'), 201) << all.body.substr(0, 200);
+  EXPECT_EQ(all.file_name, "trace.csv");
   EXPECT_EQ(r.rig.post("/api/trace", {{"paths", {"Nothing"}}}, "viewer").status, 404);
   EXPECT_EQ(r.rig.post("/api/trace", {{"paths", {"Total"}}, {"task", "None"}}, "viewer").status, 404);
   // The recording itself has the program: not for viewers.

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <string>
+#include <utility>
 
 #include "engineering/login_delay.h"
 #include "engineering/state_files.h"
@@ -79,6 +81,50 @@ TEST(Login, WrongPasswordsMakeTheNextAttemptWait) {
   rig.clock.sleep_until_ns(rig.clock.now_ns() + 2 * kSecondNs);
   EXPECT_EQ(attempt("admin-password").status, 200);
   EXPECT_EQ(attempt("wrong-password").status, 401) << "it begins anew";
+}
+
+/// A clock that is asked while a login goes on.
+class MeddlingClock final : public core::Clock {
+ public:
+  explicit MeddlingClock(std::function<void()> meddle) : meddle_(std::move(meddle)) {}
+  /// The second time: the password has been checked, and the session has not begun.
+  [[nodiscard]] core::TimeNs now_ns() const noexcept override {
+    if (++asked_ == 2) meddle_();
+    return 0;
+  }
+  void sleep_until_ns(core::TimeNs) noexcept override {}
+
+ private:
+  std::function<void()> meddle_;
+  mutable int asked_ = 0;
+};
+
+TEST(Login, WhoIsRemovedOrChangedMeanwhileGetsNoSession) {
+  for (const bool removed : {true, false}) {
+    EngineeringRig rig;
+    const MeddlingClock clock([&] {
+      if (removed) {
+        EXPECT_FALSE(rig.users->remove("operator"));
+      } else {
+        EXPECT_FALSE(rig.users->change("operator", Right::kViewer, {}));
+      }
+      rig.sessions.end_all_of("operator");
+    });
+    engineering::Context context{rig.identity, rig.variables,  rig.scheduler, rig.log, *rig.users,   rig.sessions,
+                                 rig.delay,    rig.first_code, rig.audit,     clock,   rig.calendar, rig.forces,
+                                 rig.hmi,      rig.presses,    nullptr,       0,       {1, 8192},    nullptr};
+    engineering::Answer answer;
+    engineering::find_call("/api/login")->run(context, {}, login("operator", "operator-password"), answer);
+    EXPECT_TRUE(answer.refused());
+    EXPECT_EQ(answer.refusal().status, 401);
+    EXPECT_TRUE(rig.sessions.all(0).empty());
+    EXPECT_FALSE(answer.body().contains("token"));
+  }
+}
+
+TEST(Login, AndChangesOfUsersComeOneAfterAnother) {
+  for (const char* path : {"/api/login", "/api/password", "/api/users/change", "/api/users/remove"})
+    EXPECT_EQ(engineering::find_call(path)->thread, engineering::Thread::kSecrets) << path;
 }
 
 TEST(LoginDelay, GrowsToMinutesForOneUserFromOneAddress) {
@@ -263,6 +309,13 @@ TEST(Tokens, FallWithTheirUser) {
   EXPECT_EQ(rig.users->token_of(engineer, rig.calendar.utc_ns())->role, Right::kViewer);
   ASSERT_FALSE(rig.users->remove("engineer"));
   EXPECT_FALSE(rig.users->token_of(engineer, rig.calendar.utc_ns()));
+  // A call that came before, and is done after.
+  engineering::Token late;
+  late.name = "late";
+  late.user = "engineer";
+  late.hash = engineering::hash_of_secret("secret");
+  EXPECT_TRUE(rig.users->add(late));
+  EXPECT_TRUE(rig.users->tokens().empty());
 }
 
 TEST(Users, AreKeptForThisUserAlone) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "engineering/secrets.h"
+#include "engineering/tar.h"
 #include "tests/support/run_tool.h"
 
 namespace plc::test {
@@ -21,7 +22,7 @@ using engineering::ProgramStore;
 using engineering::StoredProgram;
 
 constexpr core::TimeNs kNow = 1'800'000'000'000'000'000;
-const std::string kOld(3000, 'a'), kNew(5000, 'b');
+const std::string kOld(3000, 'a'), kNew(5000, 'b'), kThird(4000, 'c');
 
 std::string good(const std::string&) { return {}; }
 
@@ -47,6 +48,9 @@ class Store : public testing::Test {
     std::ifstream in((*choice)->file, std::ios::binary);
     return {std::string{std::istreambuf_iterator<char>(in), {}}, (*choice)->trial};
   }
+  /// Nothing can be written in place of chosen.json, whoever tries it.
+  void refuse_writes() const { fs::create_directories(folder() + "/chosen.json.new/in the way"); }
+  void allow_writes() const { fs::remove_all(folder() + "/chosen.json.new"); }
   [[nodiscard]] std::set<std::string> files() const {
     std::set<std::string> names;
     for (const auto& file : fs::directory_iterator(folder())) names.insert(file.path().filename().string());
@@ -74,7 +78,7 @@ TEST_F(Store, AProgramIsTriedOnceAndThenIsTheOne) {
   ASSERT_TRUE(choice && *choice);
   EXPECT_EQ((*choice)->start, "cold");
   EXPECT_TRUE((*choice)->trial);
-  EXPECT_EQ(store->confirm(), "");
+  EXPECT_EQ(store->confirm(engineering::sha256(kNew)), "");
   store = open();
   EXPECT_EQ(next(*store), std::pair(kNew, false));
   EXPECT_EQ(store->given(), "given");
@@ -94,7 +98,7 @@ TEST_F(Store, ATrialThatFailsSaysWhy) {
   upload_and_start(*open(), kNew);
   auto store = open();
   EXPECT_EQ(next(*store), std::pair(kNew, true));
-  EXPECT_EQ(store->fail("R1001: index", kNow), "");
+  EXPECT_EQ(store->fail(engineering::sha256(kNew), "R1001: index", kNow), "");
   store = open();
   EXPECT_EQ(next(*store), std::pair(kOld, false));
   EXPECT_EQ(store->failed()->why, "R1001: index");
@@ -135,7 +139,7 @@ TEST_F(Store, AProjectGoesWithItsImage) {
 TEST_F(Store, WhatIsDamagedIsNotRun) {
   upload_and_start(*open(), kNew);
   EXPECT_EQ(next(*open()), std::pair(kNew, true));
-  ASSERT_EQ(open()->confirm(), "");
+  ASSERT_EQ(open()->confirm(engineering::sha256(kNew)), "");
   const std::string image = folder() + "/" + engineering::sha256(kNew) + ".pbc";
   std::ofstream(image, std::ios::binary | std::ios::in).seekp(100).write("?", 1);
   EXPECT_EQ(open()->choose(kNow).error().code, Code::P7753);
@@ -144,11 +148,58 @@ TEST_F(Store, WhatIsDamagedIsNotRun) {
   EXPECT_EQ(ProgramStore::open(folder()).error().code, Code::P7753);
 }
 
+TEST_F(Store, ATrialWhoseImageIsDamagedGivesWayToWhatRan) {
+  upload_and_start(*open(), kNew);
+  const std::string image = folder() + "/" + engineering::sha256(kNew) + ".pbc";
+  std::ofstream(image, std::ios::binary | std::ios::in).seekp(100).write("?", 1);
+  auto store = open();
+  EXPECT_EQ(next(*store), std::pair(kOld, false));
+  EXPECT_NE(store->failed()->why.find("is damaged"), std::string::npos) << store->failed()->why;
+  EXPECT_EQ(next(*open()), std::pair(kOld, false)) << "and it stays so";
+}
+
+TEST_F(Store, ATrialThatCannotBeNotedIsNoneAndWhatRanStarts) {
+  upload_and_start(*open(), kNew);
+  refuse_writes();
+  auto store = open();
+  EXPECT_EQ(next(*store), std::pair(kOld, false));
+  EXPECT_NE(store->failed()->why.find("it was not tried: cannot write"), std::string::npos) << store->failed()->why;
+  EXPECT_TRUE(store->has_unkept());
+  EXPECT_NE(store->keep(), "");
+  allow_writes();
+  EXPECT_EQ(store->keep(), "");
+  EXPECT_FALSE(store->has_unkept());
+  store = open();
+  EXPECT_EQ(next(*store), std::pair(kOld, false)) << "nobody wants it any more at a later start";
+  EXPECT_TRUE(store->failed());
+}
+
+TEST_F(Store, AnEndDuringTheTrialBringsTheOneBeforeBackWithoutADisk) {
+  upload_and_start(*open(), kNew);
+  EXPECT_EQ(next(*open()), std::pair(kNew, true));
+  refuse_writes();
+  for (int starts = 0; starts < 3; ++starts) EXPECT_EQ(next(*open()), std::pair(kOld, false));
+}
+
+TEST_F(Store, WhatIsKnownOfATrialIsKnownOfItsProgramAlone) {
+  upload_and_start(*open(), kNew);
+  auto store = open();
+  EXPECT_EQ(store->confirm(engineering::sha256(kNew)), "") << "it was not begun";
+  EXPECT_EQ(next(*store), std::pair(kNew, true));
+  // It ran well, and before that is on the disk the next one is started.
+  ASSERT_TRUE(store->put(kThird, "anna", kNow, good));
+  ASSERT_FALSE(store->try_next("warm", {engineering::sha256(kNew), {}, "anna", kNow}, kNew, "given"));
+  EXPECT_EQ(store->confirm(engineering::sha256(kNew)), "");
+  EXPECT_EQ(store->fail(engineering::sha256(kNew), "late", kNow), "");
+  EXPECT_EQ(next(*open()), std::pair(kThird, true)) << "as ever a trial";
+  EXPECT_EQ(next(*open()), std::pair(kNew, false)) << "which gives way";
+}
+
 /// A loss of power between any two changes of the disk: the states that the folder had, one after another.
 TEST_F(Store, EveryStateOfTheDiskHasOneOfTheTwo) {
   upload_and_start(*open(), kNew);
   EXPECT_EQ(next(*open()), std::pair(kNew, true));
-  ASSERT_EQ(open()->confirm(), "");
+  ASSERT_EQ(open()->confirm(engineering::sha256(kNew)), "");
   // From here on kNew runs and kOld is uploaded: the same names of files, so that each state is made of the two.
   const fs::path before = folder() + ".before", after = folder() + ".after";
   fs::copy(folder(), before, fs::copy_options::recursive);
@@ -175,6 +226,68 @@ TEST_F(Store, EveryStateOfTheDiskHasOneOfTheTwo) {
       }
     }
   }
+}
+
+void write(const fs::path& path, const std::string& text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+TEST(Fingerprint, OfAFolderIsThatOfItsSourcesAlone) {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch.file("plant");
+  write(folder / "main.st", "PROGRAM Main");
+  write(folder / "parts/Motor.TcPOU", "<TcPlcObject/>");
+  const std::string before = engineering::fingerprint_of(folder.string());
+  EXPECT_EQ(before.size(), 64u);
+  for (const char* beside : {"pages.toml", "alarms.toml", "plant.log", "state/retain", "state/program/chosen.json",
+                             "state/program/stored.project", ".hidden/old.st"}) {
+    write(folder / beside, "something");
+    EXPECT_EQ(engineering::fingerprint_of(folder.string()), before) << beside;
+  }
+  EXPECT_EQ(engineering::fingerprint_of(folder.string() + "/"), before);
+  fs::rename(folder / "main.st", folder / "start.st");
+  const std::string renamed = engineering::fingerprint_of(folder.string());
+  EXPECT_NE(renamed, before);
+  write(folder / "parts/Motor.TcPOU", "<TcPlcObject />");
+  EXPECT_NE(engineering::fingerprint_of(folder.string()), renamed);
+}
+
+TEST(Fingerprint, OfAProjectFileIsThatOfWhatItLists) {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch.file("plant");
+  const std::string project = (folder / "Plant.plcproj").string();
+  write(project, "<Project/>");
+  write(folder / "POUs/Main.TcPOU", "<TcPlcObject/>");
+  const std::string before = engineering::fingerprint_of(project);
+  write(folder / "pages.toml", "[[page]]");
+  EXPECT_EQ(engineering::fingerprint_of(project), before);
+  write(folder / "POUs/Main.TcPOU", "<TcPlcObject />");
+  EXPECT_NE(engineering::fingerprint_of(project), before);
+}
+
+TEST(Fingerprint, OfAFileIsItsHash) {
+  const ScratchFolder scratch;
+  write(scratch.file("plant.xml"), std::string(200'000, 'x'));
+  EXPECT_EQ(engineering::fingerprint_of(scratch.file("plant.xml")), engineering::sha256(std::string(200'000, 'x')));
+  write(scratch.file("empty.st"), "");
+  EXPECT_EQ(engineering::fingerprint_of(scratch.file("empty.st")), engineering::sha256(""));
+  EXPECT_EQ(engineering::fingerprint_of(scratch.file("none.xml")), "");
+}
+
+TEST(Tar, LooksAtSizesBeforeItReads) {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch.file("plant");
+  write(folder / "main.st", "PROGRAM Main");
+  EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000)->size(), 4u * 512);
+  write(folder / "state/engineering/users.json", "{}");
+  EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000, (folder / "state").string())->size(), 4u * 512);
+  EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000)->size(), 6u * 512);
+  write(folder / "plant.log", "");
+  fs::resize_file(folder / "plant.log", 100'000'000'000);  // no block of it is on the disk
+  const auto refused = engineering::tar_of(folder.string(), 1'000'000);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Code::P7717);
 }
 
 }  // namespace

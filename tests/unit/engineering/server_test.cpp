@@ -207,6 +207,25 @@ TEST(Server, WhoIsLoggedInKeepsThePlace) {
   for (HttpClient& client : known) EXPECT_EQ(client.ask(rig.text("GET", "/api/session", "viewer")).status, 200);
 }
 
+TEST(Server, WhoSendsAFileKeepsThePlace) {
+  ServerOptions options;
+  options.max_clients = 4;
+  ServerRig rig(options);
+  HttpClient upload = rig.connect();
+  const std::string bytes(100'000, 'x');
+  upload.send("POST /api/program/upload HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " +
+              rig.session("engineer") + "\r\nContent-Type: application/octet-stream\r\nContent-Length: " +
+              std::to_string(bytes.size()) + "\r\nExpect: 100-continue\r\n\r\n");
+  ASSERT_EQ(upload.receive().status, 100);
+  upload.send(bytes.substr(0, 1000));
+  std::vector<HttpClient> flood;
+  for (int i = 0; i < 50; ++i) flood.push_back(rig.connect());
+  HttpClient other = rig.connect();
+  EXPECT_EQ(other.ask(rig.text("GET", "/api/version")).status, 200);
+  upload.send(bytes.substr(1000));
+  EXPECT_NE(upload.receive().status, 0);
+}
+
 TEST(Server, TenThousandConnectionsLeakNothing) {
   ServerRig rig;
   const auto descriptors = [] {

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "engineering/client.h"
 #include "engineering/secrets.h"
 #include "engineering/signature.h"
 #include "tests/unit/engineering/rig.h"
@@ -35,6 +36,12 @@ TEST(Upload, TakesALargeBodyOfWhoMaySendItAlone) {
   EXPECT_EQ(dispatcher.most_body_bytes(head), engineering::kMostFileBytes);
   head.target = "/api/values/write";
   EXPECT_EQ(dispatcher.most_body_bytes(head), engineering::kMostBodyBytes);
+}
+
+TEST(Upload, ClientsWaitUntilItWasChecked) {
+  for (const engineering::Call& call : engineering::calls()) {
+    EXPECT_EQ(engineering::Client::patience_ms(call) > 60'000, engineering::file_field(call) != nullptr) << call.name;
+  }
 }
 
 TEST(Upload, IsBytesAndNoJson) {
@@ -123,9 +130,8 @@ TEST(Start, OneAtATime) {
   EXPECT_EQ(body_of(rig.post("/api/program/start", Json::object(), "engineer"))["code"], "P7755");
   EXPECT_TRUE(rig.store->waiting()) << "it waits as before";
   const auto choice = rig.store->choose(0);
-  ASSERT_TRUE(choice && *choice);
-  EXPECT_EQ((*choice)->program.image, rig.identity.image_hash) << "what runs";
-  EXPECT_FALSE((*choice)->trial);
+  ASSERT_TRUE(choice);
+  EXPECT_FALSE(*choice) << "what runs: what plc-run was given";
   ASSERT_TRUE(rig.control.take(ProgramControl::kAnswerNs + rig.clock.now_ns()));
   rig.control.set_state(ProgramControl::State::kStopped);
   EXPECT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 409) << "it is stopped";
@@ -133,6 +139,49 @@ TEST(Start, OneAtATime) {
   EXPECT_EQ(rig.post("/api/program/start", Json::object(), "engineer").status, 200);
   rig.control.set_state(ProgramControl::State::kTrial);
   EXPECT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 409);
+}
+
+TEST(Start, DuringATrialLeavesTheWayBack) {
+  EngineeringRig rig;
+  const std::vector<std::byte> saved = bytecode::save(rig.resource->image());
+  const std::string old(reinterpret_cast<const char*>(saved.data()), saved.size());
+  const std::string hash = engineering::sha256("on trial");
+  ASSERT_TRUE(rig.store->put("on trial", "engineer", 0, [](const std::string&) { return std::string(); }));
+  ASSERT_FALSE(rig.store->try_next("warm", {engineering::sha256(old), {}, {}, 0}, old, "given"));
+  const auto tried = rig.store->choose(0);
+  ASSERT_TRUE(tried && *tried && (*tried)->trial);
+  rig.control.running = (*tried)->program;
+  rig.control.set_state(ProgramControl::State::kTrial);
+  ASSERT_EQ(rig.post_file("/api/program/upload", "another image").status, 200);
+  EXPECT_EQ(body_of(rig.post("/api/program/start", Json::object(), "engineer"))["code"], "P7755");
+  EXPECT_EQ(rig.store->waiting()->image, engineering::sha256("another image"));
+  ASSERT_EQ(rig.store->fail(hash, "R1001: index", 0), "");
+  const auto back = rig.store->choose(0);
+  ASSERT_TRUE(back && *back) << "the image of the one before is there";
+  EXPECT_EQ((*back)->program.image, engineering::sha256(old));
+}
+
+TEST(Start, EndsWhatTakesLong) {
+  EngineeringRig rig;
+  ASSERT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 200);
+  ASSERT_TRUE(rig.control.take(ProgramControl::kAnswerNs + rig.clock.now_ns()));
+  EXPECT_FALSE(rig.control.ending) << "the server goes on";
+  ASSERT_EQ(rig.post("/api/program/start", Json::object(), "engineer").status, 200);
+  EXPECT_FALSE(rig.control.ending) << "first the answer";
+  ASSERT_TRUE(rig.control.take(ProgramControl::kAnswerNs + rig.clock.now_ns()));
+  EXPECT_TRUE(rig.control.ending);
+  EXPECT_EQ(body_of(rig.post_file("/api/program/upload", "an image"))["code"], "P7755");
+  EXPECT_EQ(rig.post("/api/program/start", Json::object(), "engineer").status, 409);
+}
+
+TEST(Upload, ThatIsGivenUpSaysNothingAboutTheImage) {
+  EngineeringRig rig;
+  rig.control.check = [&rig](const std::string&) {
+    rig.control.ending = true;
+    return std::string("looking at it ended by signal 9");
+  };
+  EXPECT_EQ(body_of(rig.post_file("/api/program/upload", "an image"))["code"], "P7755");
+  EXPECT_FALSE(rig.store->waiting());
 }
 
 TEST(Start, IsRefusedWhileTheProgramForbidsIt) {

@@ -183,6 +183,24 @@ TEST_F(GuardianTest, SignalsAreForwarded) {
   EXPECT_EQ(notes.safe_calls, 0);
 }
 
+TEST_F(GuardianTest, ASignalThatComesWithTheEndOfTheRuntimeIsNotLost) {
+  options.hang_timeout_ns = 0;
+  options.ended = [](int code, bool asked) { return asked ? 50 : code; };
+  Notes& shared = notes;
+  start([&shared](Pulse& pulse) {
+    pulse.stopping();
+    pulse.finished();
+    shared.hold = 1;
+    if (!soon([&shared] { return shared.hold == 2; })) return 8;
+    kill(getppid(), SIGTERM);
+    return 7;
+  });
+  ASSERT_TRUE(soon([&] { return notes.hold == 2; }));
+  std::this_thread::sleep_for(milliseconds(500));  // the runtime has ended; the guardian sees both at once
+  notes.hold = 0;
+  EXPECT_EQ(wait_for_guardian(), 50) << said;
+}
+
 TEST_F(GuardianTest, AWishForAReportIsForwardedAndEndsNothing) {
   start([](Pulse& pulse) {
     signal(SIGUSR1, note_signal);

@@ -231,5 +231,47 @@ TEST(History, KeepsWhatItsAgeAndSizeAllow) {
   EXPECT_EQ(newest.read("T0", end - 600 * kSecond, end, 1000)->points.size(), 600u);
 }
 
+TEST(History, IsWholeAfterAClockThatWasAhead) {
+  const Folder folder;
+  HistoryFile file(folder.file(), tags(), 3650, kMuch);
+  HistoryReader reader(file);
+  std::vector<core::TimeNs> samples;
+  const auto run = [&](core::TimeNs begin, core::TimeNs seconds) {
+    for (core::TimeNs ns = begin; ns < begin + seconds * kSecond; ns += kSecond) {
+      add(file, ns);
+      samples.push_back(ns);
+    }
+  };
+  // Two hours ahead for some minutes, until the right time comes.
+  run(kBegin + 7200 * kSecond, 1500);
+  samples.clear();
+  run(kBegin, 5400);
+  for (const std::size_t points : {5u, 60u, 500u}) {
+    compare(reader, samples, kBegin, kBegin + 5000 * kSecond, points);
+    compare(reader, samples, kBegin + 1000 * kSecond, kBegin + 4000 * kSecond, points);
+  }
+  // And past the time that it had before.
+  run(kBegin + 5400 * kSecond, 9000);
+  for (const std::size_t points : {5u, 60u, 500u}) compare(reader, samples, kBegin, kBegin + 14000 * kSecond, points);
+  EXPECT_EQ(file.take_said(), "");
+}
+
+TEST(History, KeepsAllButADayUnderAClockThatIsAheadForAMoment) {
+  const Folder folder;
+  constexpr core::TimeNs kHour = 3600 * kSecond;
+  {
+    HistoryFile file(folder.file(), tags(), 30, kMuch);
+    for (core::TimeNs ns = kBegin; ns < kBegin + 60 * kHour; ns += 30 * kSecond) add(file, ns);
+  }
+  HistoryFile file(folder.file(), tags(), 30, kMuch);
+  for (int minute = 0; minute < 5; ++minute) add(file, kBegin + (365 * 24 + 1) * kHour + minute * 60 * kSecond);
+  for (int minute = 0; minute < 5; ++minute) add(file, kBegin + 61 * kHour + minute * 60 * kSecond);
+  file.flush();
+  EXPECT_EQ(file.take_said(), "");
+  HistoryReader reader(file);
+  EXPECT_EQ(reader.read("Wave", kBegin + 25 * kHour, kBegin + 26 * kHour - 1, 1000)->points.size(), 120u);
+  EXPECT_EQ(reader.read("Wave", kBegin + 59 * kHour, kBegin + 60 * kHour, 1000)->points.size(), 120u);
+}
+
 }  // namespace
 }  // namespace plc::test

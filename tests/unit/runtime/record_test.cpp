@@ -1,6 +1,7 @@
 // Records of scans: the ring that they go through, what is left out when it is full, checkpoints.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cfenv>
 #include <cstring>
 #include <thread>
@@ -264,6 +265,27 @@ TEST(Recorder, ACheckpointIsTheTableBetweenTwoScans) {
   EXPECT_EQ(b.recorder.checkpoint()[42], std::byte{1});
   b.recorder.give_back();
   EXPECT_TRUE(b.recorder.ask());
+}
+
+TEST(Recorder, ACheckpointCanBeGivenBackAsSoonAsItIsThere) {
+  Bench b;
+  std::atomic<bool> ends{false};
+  std::thread task([&] {
+    while (!ends.load(std::memory_order_relaxed)) b.scan();
+  });
+  EXPECT_TRUE(b.recorder.ask());
+  bool asked = true;
+  for (int made = 0; made < 1000 && asked;) {
+    const auto record = b.ring->next();
+    if (record.empty()) std::this_thread::yield();
+    if (record.empty() || head_of(record).kind != RecordKind::kCheckpointed) continue;
+    b.recorder.give_back();
+    asked = b.recorder.ask();
+    ++made;
+  }
+  ends = true;
+  task.join();
+  EXPECT_TRUE(asked);
 }
 
 TEST(Recorder, ChecksTheWholeTableSliceBySlice) {

@@ -179,6 +179,58 @@ TEST(CrashMemory, OfPlantsThatAreGoneIsRemoved) {
   EXPECT_TRUE(fs::exists(scratch.file("picard-3"))) << "it is in use";
 }
 
+/// Everybody may make files in /dev/shm.
+TEST(CrashMemory, OthersDoNotHoldUpAStart) {
+  const ScratchFolder scratch;
+  const auto make_folder = [&scratch](const char* name, unsigned mode) {
+    fs::create_directories(scratch.file(name));
+    fs::permissions(scratch.file(name), static_cast<fs::perms>(mode));
+    return scratch.file(name);
+  };
+  // A pipe that nobody writes into, where others may look and where they may not; a file of 1 TB that has no block.
+  for (const auto& [name, mode] : {std::pair("picard-a", 0755u), std::pair("picard-b", 0700u)})
+    ASSERT_EQ(::mkfifo((make_folder(name, mode) + "/state").c_str(), 0644), 0);
+  const std::string huge = make_folder("picard-c", 0700) + "/state";
+  std::ofstream(huge).put('/');
+  std::error_code error;
+  fs::resize_file(huge, std::uintmax_t{1} << 40, error);
+  if (error) fs::resize_file(huge, std::uintmax_t{1} << 33);
+  // What is said there leads to no removal of what others may have written.
+  std::ofstream(make_folder("picard-d", 0777) + "/state") << scratch.file("gone");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::alarm(20);
+    ::_exit(shadow::CrashMemory::make(scratch.file("picard-e"), {}, {4096, 1024, {64}, "/"}) ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_TRUE(fs::exists(scratch.file("picard-d")));
+}
+
+TEST(CrashMemory, OfOthersIsNotTakenAsLeft) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.file("memory"), left = folder + ".left";
+  const auto take = [&folder] {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::alarm(20);
+      ::_exit(shadow::CrashMemory::take_left(folder).empty() ? 0 : 1);
+    }
+    int status = 0;
+    EXPECT_EQ(::waitpid(child, &status, 0), child);
+    return status;
+  };
+  fs::create_directories(left);
+  fs::permissions(left, static_cast<fs::perms>(0755));
+  ASSERT_EQ(::mkfifo((left + "/recording").c_str(), 0644), 0);
+  EXPECT_EQ(take(), 0);
+  EXPECT_TRUE(fs::exists(left));
+  fs::permissions(left, static_cast<fs::perms>(0700));
+  EXPECT_EQ(take(), 0) << "a pipe is no recording";
+  EXPECT_FALSE(fs::exists(left));
+}
+
 TEST(CrashMemory, BearsWhateverItsFilesHold) {
   const ScratchFolder scratch;
   const std::string folder = scratch.file("memory"), left = folder + ".left";

@@ -146,6 +146,11 @@ TEST(Cause, GoesBackToTheContactThatOpened) {
   EXPECT_EQ(running[3].kind, Kind::kOutside) << words(running);
   EXPECT_TRUE(why(r, *past, "Station", "Level", last).empty()) << "no BOOL";
   EXPECT_TRUE(why(r, *past, "Station", "Nothing", last).empty());
+  const std::atomic<bool> ending{true};
+  const auto given_up = shadow::cause_of(*past, r.drawings, 0, last, r.instance(0, "Station"), "ValveA",
+                                         std::chrono::minutes(5), &ending);
+  ASSERT_EQ(given_up.size(), 2u) << words(given_up);
+  EXPECT_EQ(given_up[1].kind, Kind::kTooFar);
 }
 
 TEST(Cause, GoesAcrossPousAndTasks) {

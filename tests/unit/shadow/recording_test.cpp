@@ -283,6 +283,17 @@ TEST(Tracer, RowsOfEachScanAndAroundATrigger) {
   made = shadow::trace(**player, request);
   EXPECT_TRUE(made->cut);
   EXPECT_EQ(made->rows, 5u);
+  const std::size_t whole = made->csv.size();
+  request.most_rows = 1'000'000;
+  request.most_bytes = whole;
+  made = shadow::trace(**player, request);
+  EXPECT_TRUE(made->cut);
+  EXPECT_EQ(made->csv.size(), whole);
+  const std::atomic<bool> ending{true};
+  request.ending = &ending;
+  made = shadow::trace(**player, request);
+  EXPECT_TRUE(made->cut);
+  EXPECT_EQ(made->rows, 0u);
   request.paths = {"nothing"};
   EXPECT_EQ(shadow::trace(**player, request).error().code, core::Code::P7101);
 }

@@ -2,8 +2,11 @@
 #include "shadow/shadow.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -178,6 +181,30 @@ TEST(Shadow, AViewerSeesVariablesOfTasksAsTheyAreInThePlant) {
   EXPECT_TRUE(s.shadow->messages().empty());
 }
 
+/// An observer that takes long, and how often nothing came for some time.
+struct Slow : shadow::ScanObserver {
+  void after_scan(const shadow::ReplicaSet&, const shadow::ObservedScan&) override {
+    if (scans != 0 && std::chrono::steady_clock::now() - last > std::chrono::milliseconds(90)) ++pauses;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    last = std::chrono::steady_clock::now();
+    ++scans;
+  }
+  std::chrono::steady_clock::time_point last;
+  std::atomic<std::uint64_t> scans{0};
+  std::atomic<int> pauses{0};
+};
+
+TEST(Shadow, DoesNotRestWhileItIsBehind) {
+  Slow observer;
+  Shadowed s({});
+  s.shadow->observe(observer);
+  // It has to execute them ten times or more, 60 ms each.
+  s.simulation->run_cycles(800);
+  const std::uint64_t scans = s.simulation->scans(0) + s.simulation->scans(1);
+  EXPECT_TRUE(s.soon([&] { return observer.scans == scans; })) << observer.scans;
+  EXPECT_LT(observer.pauses, 4);
+}
+
 TEST(Shadow, ACheckNamesTheVariableThatAReplicaDoesNotHave) {
   shadow::ShadowOptions options;
   options.check = true;
@@ -273,6 +300,51 @@ TEST(RecordFolder, OldRecordingsOfFaultsGo) {
   const std::vector<std::byte> bytes(10, std::byte{1});
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(shadow::save_recording(scratch.file("records"), "fault", bytes, 3));
   EXPECT_EQ(files_of(scratch.file("records")).size(), 3u);
+}
+
+TEST(RecordFolder, AFaultAfterAClockThatWasAheadStays) {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch.file("records"));
+  for (int i = 0; i < 3; ++i)
+    std::ofstream(scratch.file("records/fault-29990101T00000" + std::to_string(i) + ".000Z.rec")) << "x";
+  const std::vector<std::byte> bytes(10, std::byte{1});
+  const auto saved = shadow::save_recording(scratch.file("records"), "fault", bytes, 3);
+  ASSERT_TRUE(saved);
+  EXPECT_TRUE(fs::exists(*saved));
+  EXPECT_EQ(files_of(scratch.file("records")).size(), 3u);
+}
+
+TEST(RecordFolder, OldFilesGoAtTheStartAlso) {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch.file("records"));
+  for (const char* const time : {"19700101T000000", "20240101T000000", "29990101T000000"})
+    std::ofstream(scratch.file("records/plant-" + std::string(time) + ".000Z.rec")) << std::string(1000, 'x');
+  const auto folder = shadow::RecordFolder::open({scratch.file("records"), 64u << 20, 1500}, {});
+  ASSERT_TRUE(folder) << folder.error().message;
+  // The last one that fits beside the new one, whose name is not the last.
+  EXPECT_EQ(files_of(scratch.file("records")),
+            (std::vector<std::string>{(*folder)->file(), scratch.file("records/plant-29990101T000000.000Z.rec")}));
+  const auto small = shadow::RecordFolder::open({scratch.file("records"), 64u << 20, 1}, {});
+  ASSERT_TRUE(small);
+  EXPECT_EQ(files_of(scratch.file("records")), (std::vector<std::string>{(*small)->file()}));
+}
+
+TEST(RecordFolder, AFullDiskIsNotFilledWithEmptyFiles) {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch.file("records"));
+  ::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit full{1, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &full);
+  const auto folder = shadow::RecordFolder::open({scratch.file("records")}, {});
+  const std::vector<std::byte> bytes(10, std::byte{1});
+  const auto saved = shadow::save_recording(scratch.file("records"), "fault", bytes, 3);
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  ASSERT_FALSE(folder);
+  EXPECT_EQ(folder.error().code, core::Code::P7631);
+  EXPECT_FALSE(saved);
+  EXPECT_TRUE(files_of(scratch.file("records")).empty());
 }
 
 }  // namespace
