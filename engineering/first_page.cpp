@@ -19,6 +19,8 @@ constexpr std::size_t kMostElements = 200;
 constexpr std::size_t kMostInstances = 30;
 constexpr std::size_t kMostBelow = 500;
 constexpr std::int64_t kWidth = 4, kHeight = 2;
+/// So that there is room for more when it is edited.
+constexpr std::int64_t kLeastRows = 10;
 
 class Maker {
  public:
@@ -44,7 +46,7 @@ class Maker {
     }
     add_groups(globals, others);
     for (const Node& one : structures) add_taskblock(one);
-    page_.rows = std::clamp<std::int64_t>(y_ + (x_ == 0 ? 0 : kHeight), 1, hmi::kMostCells);
+    page_.rows = std::clamp<std::int64_t>(y_ + (x_ == 0 ? 0 : kHeight), kLeastRows, hmi::kMostCells);
     hmi::Document document;
     document.pages.push_back(std::move(page_));
     return document;

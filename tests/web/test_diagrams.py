@@ -249,7 +249,7 @@ class LiveFlow(WithBrowser):
                     self.assertEqual(shown, told[point], f"scan {scan}, point {point}")
             different.add(tuple(states.values()))
         print(f"{self.STATES} pictures, {len(different)} different ones", flush=True)
-        self.assertGreater(len(different), self.STATES // 4)
+        self.assertGreater(len(different), self.STATES // 8)
 
 
 class Ladder(WithBrowser):

@@ -114,7 +114,7 @@ function Shell(): JSX.Element {
       </header>
       <div role="status" class="strips">
         {reached ? null : <p class="strip bad">{texts.link.lost}</p>}
-        {said === "" ? null : <p class="strip good">{clipped(said)}</p>}
+        {said === undefined ? null : <p class={`strip ${said.kind}`}>{clipped(said.text)}</p>}
       </div>
       <AlarmBanner />
       <main id="contents" tabIndex={-1}>

@@ -1,6 +1,6 @@
 // What is forced, for pages that show it.
 import type { Force } from "../client/calls";
-import { notify } from "./notice";
+import { notify, warn } from "./notice";
 import { ask, plc, problemOf, usePolled } from "./plc";
 import { texts } from "./texts";
 
@@ -24,7 +24,7 @@ export function useForces(): Forces {
           notify(texts.forces.released(path));
           polled.again();
         },
-        (error: unknown) => notify(problemOf(error).text),
+        (error: unknown) => warn(problemOf(error).text),
       );
     },
     again: polled.again,

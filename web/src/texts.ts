@@ -154,6 +154,8 @@ export const texts = {
     unknownKind: (kind: string) => `There is no element ${kind}`,
     holdHelp: "Acts while it is held",
     tooLate: "The connection stood still: nothing was pressed",
+    letGo: "The connection stood still: the button was released",
+    cannotEdit: "pages.toml has mistakes: mend them first",
     entryHelp: "Enter writes, Escape leaves it as it was",
     noValue: (text: string) => `${text} is no value of this variable`,
     limits: (name: string, low: number | undefined, high: number | undefined) =>

@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Live } from "../live";
-import { notify } from "../notice";
+import { warn } from "../notice";
 import { texts } from "../texts";
 import { clipped, isDuration, isReal, parsedValue, rawOf } from "../values";
 import { nameOf, type HmiElement } from "./document";
@@ -134,13 +134,13 @@ export function NumberEntry(properties: Control): JSX.Element {
     const value = parsedValue(entered, shape);
     // WHY not of durations, which are texts: the server looks at all limits anyway.
     const number = isDuration(shape) ? undefined : Number(value);
-    if (value === null) return notify(t.noValue(clipped(entered, 60)));
+    if (value === null) return warn(t.noValue(clipped(entered, 60)));
     if (number === undefined) {
       setEntered(undefined);
       return void writeOffered(element.variable ?? "", value);
     }
     if ((element.low !== undefined && !(number >= element.low)) || (element.high !== undefined && !(number <= element.high))) {
-      return notify(t.limits(clipped(nameOf(element), 80), element.low, element.high));
+      return warn(t.limits(clipped(nameOf(element), 80), element.low, element.high));
     }
     setEntered(undefined);
     void writeOffered(element.variable ?? "", value);

@@ -1,6 +1,6 @@
 // The page while it is edited: elements are moved and sized on the grid, by pointer or keys.
 import type { JSX } from "preact";
-import { useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { LiveValues } from "../live";
 import { texts } from "../texts";
 import { clipped } from "../values";
@@ -24,6 +24,8 @@ export function EditCanvas(properties: {
   page: HmiPage;
   values: LiveValues;
   selected: number | undefined;
+  /** Another number: the selected element is new, and gets the focus. */
+  made: number;
   onSelect: (index: number | undefined) => void;
   /** `step`: changes of the same one are one step to undo. */
   onChange: (index: number, element: HmiElement, step?: string) => void;
@@ -35,6 +37,10 @@ export function EditCanvas(properties: {
   const grid = useRef<HTMLDivElement>(null);
   const drag = useRef<Drag | undefined>(undefined);
   const [shown, setShown] = useState<{ index: number; element: HmiElement }>();
+
+  useEffect(() => {
+    if (properties.made !== 0) grid.current?.querySelector<HTMLElement>(".selected")?.focus();
+  }, [properties.made]);
 
   const moved = (from: Drag, event: PointerEvent): HmiElement => {
     const dx = Math.round((event.clientX - from.fromX) / cell);
@@ -130,6 +136,7 @@ export function EditCanvas(properties: {
               onPointerMove={move}
               onPointerUp={end}
               onPointerCancel={cancel}
+              onLostPointerCapture={cancel}
               onKeyDown={(event) => onKey(event, index)}
             >
               <div class="hmi-still" inert aria-hidden="true">

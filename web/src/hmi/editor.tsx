@@ -44,7 +44,7 @@ function LeaveDialog(properties: { onLeave: () => void; onStay: () => void }): J
   );
 }
 
-export function Editor(properties: { pages: PagesGetAnswer; at: number; values: LiveValues; onSaved: (pages: PagesGetAnswer) => void; onClose: () => void }): JSX.Element {
+export function Editor(properties: { pages: PagesGetAnswer; at: number; values: LiveValues; onSaved: (pages: PagesGetAnswer) => void; onClose: (shown: string | undefined) => void }): JSX.Element {
   const { pages, values } = properties;
   const kinds = new Map<string, HmiKind>(pages.kinds.map((kind) => [kind.name, kind]));
   const [begun] = useState(draft);
@@ -61,6 +61,8 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
   const [problem, setProblem] = useState<Problem>();
   const [leaving, setLeaving] = useState(false);
   const [said, say] = useState("");
+  // So that keys go on with what was just made.
+  const [made, setMade] = useState(0);
 
   const kept = useRef<HmiDocument>(begun?.kept ?? history.value);
   useEffect(() => {
@@ -87,6 +89,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
     if (page === undefined) return;
     setPage({ ...page, elements: [...page.elements, element] });
     setSelected(page.elements.length);
+    setMade((before) => before + 1);
     tell(element);
   };
   const make = (kind: HmiKind, place?: { x: number; y: number }): void => {
@@ -149,7 +152,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
   };
   const leave = (): void => {
     drafts.value = undefined;
-    properties.onClose();
+    properties.onClose(page?.name);
   };
   const onKey = (event: KeyboardEvent): void => {
     if (!event.ctrlKey && !event.metaKey) return;
@@ -221,7 +224,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
         </Section>
         <Section title={t.canvas} class="hmi-page">
           {page === undefined ? null : (
-            <EditCanvas page={page} values={values} selected={selected} onSelect={setSelected} onChange={change} onRemove={remove} onCopy={copy} />
+            <EditCanvas page={page} made={made} values={values} selected={selected} onSelect={setSelected} onChange={change} onRemove={remove} onCopy={copy} />
           )}
           <p class="quiet-text">{t.canvasHelp}</p>
         </Section>

@@ -52,6 +52,7 @@ export function Palette(properties: { kinds: readonly HmiKind[]; page: HmiPage |
                 const place = cellAt(page, event.clientX, event.clientY, kind.width, kind.height);
                 if (place !== undefined) properties.onMake(kind, place);
               }}
+              onLostPointerCapture={() => setGhost(undefined)}
               onPointerCancel={() => {
                 press.current = undefined;
                 setGhost(undefined);

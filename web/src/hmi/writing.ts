@@ -2,7 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import type { Value } from "../../client/connection";
 import { machineTime } from "../live";
-import { notify } from "../notice";
+import { warn } from "../notice";
 import { ask, plc, problemOf } from "../plc";
 import { texts } from "../texts";
 
@@ -12,7 +12,7 @@ const renewMs = 1000;
 const pressMs = 2000;
 
 function complain(error: unknown): void {
-  notify(problemOf(error).text);
+  warn(problemOf(error).text);
 }
 
 export async function writeOffered(path: string, value: Value): Promise<void> {
@@ -56,7 +56,7 @@ export function useHold(path: string): { down: () => void; up: () => void } {
         if (change.pressed && !answer.held && timer.current !== undefined) {
           clearInterval(timer.current);
           timer.current = undefined;
-          notify(texts.hmi.tooLate);
+          warn(change.renews === true ? texts.hmi.letGo : texts.hmi.tooLate);
         }
       } catch (error) {
         complain(error);

@@ -58,7 +58,8 @@ export function PanelPage(): JSX.Element {
         at={at}
         values={values}
         onSaved={(saved) => setPages(saved)}
-        onClose={() => {
+        onClose={(name) => {
+          if (name !== undefined) location.hash = link("panel", { page: name });
           setEditing(false);
           load();
         }}
@@ -67,7 +68,7 @@ export function PanelPage(): JSX.Element {
   }
   const page = pages.pages[at];
   const edit = may("pages.save") ? (
-    <button type="button" onClick={() => setEditing(true)} disabled={!pages.usable}>
+    <button type="button" onClick={() => setEditing(true)} disabled={!pages.usable} title={pages.usable ? undefined : t.cannotEdit}>
       {t.edit}
     </button>
   ) : null;

@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import type { User } from "../../client/calls";
-import { notify } from "../notice";
+import { warn } from "../notice";
 import { ask, may, plc, problemOf, session, usePolled } from "../plc";
 import { useSignal } from "../signals";
 import { texts } from "../texts";
@@ -172,7 +172,7 @@ export function UsersPage(): JSX.Element {
   };
   const run = (call: () => Promise<unknown>): void => {
     ask(call).then(again, (error: unknown) => {
-      notify(problemOf(error).text);
+      warn(problemOf(error).text);
       again();
     });
   };
