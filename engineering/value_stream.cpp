@@ -66,6 +66,31 @@ std::string_view form_of(const ImageType& type) {
   }
 }
 
+/// Before the bits that say which values a frame has.
+constexpr std::size_t kHeadBytes = 24;
+
+/// memcmp() == 0, without a call for what most values are.
+bool is_same(const std::byte* one, const std::byte* other, std::uint32_t size) {
+  const auto equal = [&](auto a) {
+    auto b = a;
+    std::memcpy(&a, one, sizeof a);
+    std::memcpy(&b, other, sizeof b);
+    return a == b;
+  };
+  switch (size) {
+    case 1:
+      return *one == *other;
+    case 2:
+      return equal(std::uint16_t{});
+    case 4:
+      return equal(std::uint32_t{});
+    case 8:
+      return equal(std::uint64_t{});
+    default:
+      return std::memcmp(one, other, size) == 0;
+  }
+}
+
 }  // namespace
 
 ValueStream::ValueStream(Context& context, core::TimeNs period_ns) : context_(context), period_ns_(period_ns) {
@@ -108,6 +133,7 @@ void ValueStream::add(const std::string& path, const runtime::Place& place, Json
   value.type = place.type;
   value.size = type.size;
   value.at = static_cast<std::uint32_t>(newest_.size());
+  value.text = is_text(type);
   newest_.resize(newest_.size() + type.size);
   values_.push_back(value);
   Json row = {{"path", path}, {"type", type_name(image, place.type)}, {"form", form_of(type)}};
@@ -125,6 +151,7 @@ std::string ValueStream::take(std::string_view text) {
   if (!request) return refusal_text({400, core::Code::P7714, "the message is not JSON", {}, {}, 0});
   if (const auto wrong = wrong_fields(*request, kSubscribe)) return refusal_text(*wrong);
   values_.clear();
+  runs_.clear();
   newest_.clear();
   Json layout = Json::array(), problems = Json::array();
   for (const Json& path : (*request)["subscribe"]) {
@@ -133,7 +160,10 @@ std::string ValueStream::take(std::string_view text) {
       // One path that is too much leaves the others as they are.
       const std::size_t values = values_.size(), bytes = newest_.size();
       add(path.get<std::string>(), *place, layout);
-      if (values_.size() <= kMostValues) continue;
+      if (values_.size() <= kMostValues) {
+        add_runs(values);
+        continue;
+      }
       values_.resize(values);
       newest_.resize(bytes);
       layout.erase(layout.begin() + static_cast<std::ptrdiff_t>(values), layout.end());
@@ -155,15 +185,26 @@ std::string ValueStream::take(std::string_view text) {
   return answer.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+void ValueStream::add_runs(std::size_t first) {
+  for (std::size_t i = first; i < values_.size(); ++i) {
+    const Value& value = values_[i];
+    Run* const last = i == first ? nullptr : &runs_.back();
+    if (last != nullptr && last->offset + last->size == value.offset) {
+      last->size += value.size;
+      ++last->count;
+    } else {
+      runs_.push_back({value.task, value.offset, value.at, value.size, i, 1});
+    }
+  }
+}
+
 void ValueStream::append(const Value& value, std::string& out) const {
-  const bytecode::Image& image = context_.variables.image();
-  const ImageType& type = image.types[value.type];
   const std::byte* const bytes = newest_.data() + value.at;
-  if (!is_text(type)) {
+  if (!value.text) {
     out.append(reinterpret_cast<const char*>(bytes), value.size);
     return;
   }
-  const Json json = value_json(image, value.type, bytes);
+  const Json json = value_json(context_.variables.image(), value.type, bytes);
   const auto& text = json.get_ref<const std::string&>();
   const std::size_t length = std::min<std::size_t>(text.size(), UINT16_MAX);
   append_number(static_cast<std::uint16_t>(length), out);
@@ -174,31 +215,33 @@ std::optional<Frame> ValueStream::next() {
   if (values_.empty()) return std::nullopt;
   ValueSource& source = context_.variables.values();
   source.take();
-  std::string dirty((values_.size() + 7) / 8, '\0');
-  std::string packed;
-  bool any = whole_;
-  for (std::size_t i = 0; i < values_.size(); ++i) {
-    const Value& value = values_[i];
-    source.read(value.task, value.offset, value.size, newest_.data() + value.at);
-    if (!whole_ && std::memcmp(newest_.data() + value.at, sent_.data() + value.at, value.size) == 0) continue;
-    any = true;
-    dirty[i / 8] = static_cast<char>(static_cast<unsigned char>(dirty[i / 8]) | (1u << (i % 8)));
-    append(value, packed);
-  }
-  if (!any) return std::nullopt;
-  Frame frame{true, {}};
-  frame.bytes.reserve(24 + dirty.size() + packed.size());
-  append_number(std::uint8_t{1}, frame.bytes);
-  append_number(static_cast<std::uint8_t>(whole_ ? 1 : 0), frame.bytes);
-  append_number(number_, frame.bytes);
-  append_number(static_cast<std::uint32_t>(values_.size()), frame.bytes);
   const std::uint64_t scans = fastest_ < context_.variables.image().tasks.size()
                                   ? context_.scheduler.statistics(fastest_).scans.load(std::memory_order_relaxed)
                                   : 0;
-  append_number(scans, frame.bytes);
-  append_number(context_.calendar.utc_ns(), frame.bytes);
-  frame.bytes += dirty;
-  frame.bytes += packed;
+  Frame frame{true, {}};
+  std::string& bytes = frame.bytes;
+  bytes.reserve(kHeadBytes + values_.size() / 8 + 1 + newest_.size());
+  append_number(std::uint8_t{1}, bytes);
+  append_number(static_cast<std::uint8_t>(whole_ ? 1 : 0), bytes);
+  append_number(number_, bytes);
+  append_number(static_cast<std::uint32_t>(values_.size()), bytes);
+  append_number(scans, bytes);
+  append_number(context_.calendar.utc_ns(), bytes);
+  bytes.resize(kHeadBytes + (values_.size() + 7) / 8, '\0');
+  bool any = whole_;
+  for (const Run& run : runs_) {
+    source.read(run.task, run.offset, run.size, newest_.data() + run.at);
+    if (!whole_ && std::memcmp(newest_.data() + run.at, sent_.data() + run.at, run.size) == 0) continue;
+    for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+      const Value& value = values_[i];
+      if (!whole_ && is_same(newest_.data() + value.at, sent_.data() + value.at, value.size)) continue;
+      any = true;
+      char& dirty = bytes[kHeadBytes + i / 8];
+      dirty = static_cast<char>(static_cast<unsigned char>(dirty) | (1u << (i % 8)));
+      append(value, bytes);
+    }
+  }
+  if (!any) return std::nullopt;
   sent_ = newest_;
   whole_ = false;
   return frame;

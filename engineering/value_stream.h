@@ -30,8 +30,19 @@ class ValueStream final : public Stream {
     std::uint32_t type = 0;
     std::uint32_t size = 0;
     std::uint32_t at = 0;  ///< in sent_ and newest_
+    bool text = false;
+  };
+  /// Values of one path that lie one after the other: read and compared at once.
+  struct Run {
+    std::uint32_t task = 0;
+    std::uint32_t offset = 0;
+    std::uint32_t at = 0;
+    std::uint32_t size = 0;
+    std::size_t first = 0, count = 0;  ///< in values_
   };
   void add(const std::string& path, const runtime::Place& place, Json& layout);
+  /// Of the values from `first` on, which are of one path.
+  void add_runs(std::size_t first);
   void append(const Value& value, std::string& out) const;
 
   Context& context_;
@@ -40,6 +51,7 @@ class ValueStream final : public Stream {
   std::uint16_t number_ = 0;
   bool whole_ = false;  ///< the next frame has all values
   std::vector<Value> values_;
+  std::vector<Run> runs_;
   std::vector<std::byte> sent_, newest_;
 };
 
