@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstring>
 #include <thread>
+#include <utility>
 
 namespace plc::engineering {
 namespace {
@@ -20,13 +21,9 @@ void ShadowValues::detach() {
   tables_.clear();
 }
 
-bool ShadowValues::knows(std::uint32_t task) const {
-  if (task == runtime::Place::kGlobal) return true;
-  asked_ = true;
-  return shadow_ != nullptr;
-}
+bool ShadowValues::knows(std::uint32_t task) const { return task == runtime::Place::kGlobal || shadow_ != nullptr; }
 
-void ShadowValues::look() {
+void ShadowValues::look() const {
   const auto copy = [this](shadow::Follower& follower) {
     shadow::ReplicaSet& replicas = follower.replicas();
     tables_.resize(replicas.task_count());
@@ -46,20 +43,16 @@ void ShadowValues::look() {
 
 void ShadowValues::take() {
   globals_.take();
-  if (shadow_ == nullptr) return;
   idle_ = asked_ ? 0 : idle_ + 1;
   asked_ = false;
-  if (idle_ > kMostIdle) {
-    viewer_.reset();
-    idle_ = kMostIdle;
-  } else {
-    look();
-  }
+  if (idle_ <= kMostIdle) return;
+  viewer_.reset();
+  idle_ = kMostIdle;
 }
 
 void ShadowValues::read(std::uint32_t task, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const {
   if (task == runtime::Place::kGlobal) return globals_.read(task, offset, bytes, to);
-  asked_ = true;
+  if (!std::exchange(asked_, true) && shadow_ != nullptr) look();
   const bool there = task < tables_.size() && std::size_t{offset} + bytes <= tables_[task].size();
   // As at the first start, until scans were followed.
   if (there) {

@@ -26,14 +26,15 @@ class ShadowValues final : public ValueSource {
   void read(std::uint32_t task, std::uint32_t offset, std::uint32_t bytes, std::byte* to) const override;
 
  private:
-  void look();
+  void look() const;
 
   GlobalValues globals_;
   shadow::Shadow* shadow_ = nullptr;
-  std::unique_ptr<shadow::Shadow::Viewer> viewer_;  ///< while somebody asks for variables of tasks
-  mutable bool asked_ = false;                      ///< since the last take()
-  unsigned idle_ = 0;                               ///< calls of take() since somebody asked
-  std::vector<std::vector<std::byte>> tables_;      ///< by task, as of the last take()
+  // Of variables of tasks: taken with the first one that is read after take(), and not where nobody asks for them.
+  mutable std::unique_ptr<shadow::Shadow::Viewer> viewer_;  ///< while somebody asks
+  mutable bool asked_ = false;                              ///< since the last take()
+  unsigned idle_ = 0;                                       ///< calls of take() since somebody asked
+  mutable std::vector<std::vector<std::byte>> tables_;      ///< by task
 };
 
 }  // namespace plc::engineering

@@ -122,6 +122,8 @@ void Shadow::turn() {
     recording_->drain();
     if (looked_at) {
       follow(options_.check ? Follower::Deadline{} : steady_clock::now() + (viewed ? kFollowAtOnce : kObserveAtOnce));
+    } else {
+      followed_ = false;  // who looks next waits for the scans until then
     }
     sum_counts();
   }

@@ -33,7 +33,8 @@ class Faults : public ::testing::Test {
   void write(const std::string& library, const std::string& block = "FAULTY", const std::string& toml = "") {
     installed(scratch, library);
     write_text(project, faulty_project(block));
-    write_text(config, toml + "[taskblocks]\nlibraries = [\"" + library + ".so\"]\n[modbus]\nlisten = \"off\"\n");
+    write_text(config, toml + "[taskblocks]\nlibraries = [\"" + library +
+                           ".so\"]\n[modbus]\nlisten = \"off\"\n[engineering]\nlisten = \"off\"\n");
   }
   ToolResult run(const std::string& library, const std::string& block = "FAULTY", const std::string& toml = "",
                  const std::vector<std::string>& more = {}) {

@@ -567,8 +567,10 @@ class Tank(Pages):
         b.wait("an open valve", lambda: b.find(".kind-valve svg.on"))
         b.wait("flow", lambda: b.find(".kind-pipe svg.runs"))
         self.shot("hmi-demo")
-        # The stimulus begins again: batch after batch, also after its 20 seconds.
-        b.wait("a second batch", lambda: self.plant.read("BatchCount") >= 2)
+        # The stimulus begins again after its 20 seconds, which end with a full tank.
+        b.wait("its end", lambda: self.plant.read("Level") > 90)
+        b.wait("its begin", lambda: self.plant.read("Level") < 10)
+        b.wait("another batch", lambda: self.plant.read("BatchCount") >= 1 and self.plant.read("Level") < 50)
         self.assertEqual(b.noted(), [])
 
     def test_it_is_saved_as_it_is(self):

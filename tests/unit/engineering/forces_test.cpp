@@ -211,6 +211,26 @@ TEST(RecordedScans, CanBeHadAsATraceChosenAfterwards) {
   EXPECT_TRUE(shadow::RecordFile::read({bytes.begin(), bytes.end()}, "download"));
 }
 
+TEST(RecordedScans, GiveNewValuesOfTasksAlsoAfterNobodyHasAsked) {
+  Recorded r;
+  r.values.attach(*r.shadow);
+  const auto place = runtime::Access(*r.rig.resource).find("Main0.Count");
+  ASSERT_TRUE(place);
+  const auto count = [&] {
+    std::int32_t value = -1;
+    r.values.take();
+    r.values.read(place->task, place->offset, sizeof value, reinterpret_cast<std::byte*>(&value));
+    return value;
+  };
+  for (int i = 0; i < 10; ++i) r.rig.scan();
+  EXPECT_EQ(count(), 10);
+  // A page of globals alone is open for long: the replicas rest.
+  for (int i = 0; i < 300; ++i) r.values.take();
+  for (int i = 0; i < 50; ++i) r.rig.scan();
+  std::this_thread::sleep_for(std::chrono::milliseconds(250));
+  EXPECT_EQ(count(), 60);
+}
+
 TEST(RecordedScans, AreTheFinestHistory) {
   Recorded r;
   r.rig.calendar.now_ns = 1'800'000'000'000'000'000;
