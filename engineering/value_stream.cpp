@@ -105,7 +105,6 @@ ValueStream::ValueStream(Context& context, core::TimeNs period_ns) : context_(co
 void ValueStream::add(const std::string& path, const runtime::Place& place, Json& layout) {
   const bytecode::Image& image = context_.variables.image();
   const ImageType& type = image.types[place.type];
-  if (values_.size() > kMostValues) return;
   switch (type.kind) {
     case TypeKind::kRef:
       return;
@@ -117,7 +116,7 @@ void ValueStream::add(const std::string& path, const runtime::Place& place, Json
       return;
     case TypeKind::kArray: {
       const std::uint32_t size = image.types[type.element].size;
-      for (std::uint32_t i = 0; i < type.count && values_.size() <= kMostValues; ++i) {
+      for (std::uint32_t i = 0; i < type.count; ++i) {
         add(path + "[" + std::to_string(type.lower + std::int64_t{i}) + "]",
             {place.task, place.offset + i * size, type.element, place.constant}, layout);
       }
@@ -156,24 +155,21 @@ std::string ValueStream::take(std::string_view text) {
   Json layout = Json::array(), problems = Json::array();
   for (const Json& path : (*request)["subscribe"]) {
     const auto place = context_.variables.find(path.get<std::string>());
-    if (place) {
-      // One path that is too much leaves the others as they are.
-      const std::size_t values = values_.size(), bytes = newest_.size();
-      add(path.get<std::string>(), *place, layout);
-      if (values_.size() <= kMostValues) {
-        add_runs(values);
-        continue;
-      }
-      values_.resize(values);
-      newest_.resize(bytes);
-      layout.erase(layout.begin() + static_cast<std::ptrdiff_t>(values), layout.end());
+    if (!place) {
+      problems.push_back(
+          {{"path", path}, {"code", core::info(place.error().code).name}, {"text", place.error().message}});
+      continue;
+    }
+    // WHY before: one path that is too much leaves the others as they are, and costs nothing.
+    const std::size_t first = values_.size();
+    if (first + leaf_count(context_.variables.image(), place->type) > kMostValues) {
       problems.push_back({{"path", path},
                           {"code", core::info(core::Code::P7717).name},
                           {"text", "with it these are more than " + std::to_string(kMostValues) + " single values"}});
-    } else {
-      problems.push_back(
-          {{"path", path}, {"code", core::info(place.error().code).name}, {"text", place.error().message}});
+      continue;
     }
+    add(path.get<std::string>(), *place, layout);
+    add_runs(first);
   }
   ++number_;
   sent_.assign(newest_.size(), std::byte{0});

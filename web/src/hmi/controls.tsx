@@ -132,14 +132,10 @@ export function NumberEntry(properties: Control): JSX.Element {
     event.preventDefault();
     if (entered === undefined || shape === undefined) return;
     const value = parsedValue(entered, shape);
-    // WHY not of durations, which are texts: the server looks at all limits anyway.
-    const number = isDuration(shape) ? undefined : Number(value);
+    const number = Number(value);
     if (value === null) return warn(t.noValue(clipped(entered, 60)));
-    if (number === undefined) {
-      setEntered(undefined);
-      return void writeOffered(element.variable ?? "", value);
-    }
-    if ((element.low !== undefined && !(number >= element.low)) || (element.high !== undefined && !(number <= element.high))) {
+    // WHY not of durations, which are texts: the server looks at all limits anyway.
+    if (!isDuration(shape) && ((element.low !== undefined && !(number >= element.low)) || (element.high !== undefined && !(number <= element.high)))) {
       return warn(t.limits(clipped(nameOf(element), 80), element.low, element.high));
     }
     setEntered(undefined);

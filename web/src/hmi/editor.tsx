@@ -1,5 +1,4 @@
 // The editor of HMI pages: palette, page, properties; every change is a step that can be undone.
-import { signal } from "@preact/signals-core";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { PagesGetAnswer } from "../../client/calls";
@@ -20,12 +19,11 @@ const t = texts.hmi.editor;
 const newPage = { columns: 24, rows: 14 };
 
 /** What is edited and not saved: other pages and the end of a session do not lose it. `version`: of the file that it began with. */
-const drafts = signal<{ user: string; version: string; kept: HmiDocument; document: HmiDocument } | undefined>(undefined);
+let unsaved: { user: string; version: string; kept: HmiDocument; document: HmiDocument } | undefined;
 
 /** That of who is logged in now. */
 export function draft(): { version: string; kept: HmiDocument; document: HmiDocument } | undefined {
-  const found = drafts.peek();
-  return found?.user === session.peek()?.user ? found : undefined;
+  return unsaved?.user === session.peek()?.user ? unsaved : undefined;
 }
 
 function LeaveDialog(properties: { onLeave: () => void; onStay: () => void }): JSX.Element {
@@ -66,7 +64,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
 
   const kept = useRef<HmiDocument>(begun?.kept ?? history.value);
   useEffect(() => {
-    drafts.value = history.changed ? { user: session.peek()?.user ?? "", version, kept: kept.current, document: document_ } : undefined;
+    unsaved = history.changed ? { user: session.peek()?.user ?? "", version, kept: kept.current, document: document_ } : undefined;
   }, [document_, history.changed, version]);
   useEffect(() => {
     if (!history.changed) return undefined;
@@ -151,7 +149,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
     );
   };
   const leave = (): void => {
-    drafts.value = undefined;
+    unsaved = undefined;
     properties.onClose(page?.name);
   };
   const onKey = (event: KeyboardEvent): void => {
