@@ -71,6 +71,10 @@ std::optional<NamedPlace> find_global(const Image& image, std::string_view path)
     }
   }
   if (const auto place = find_path(image, image.global_type, path)) return place;
+  for (const ImageAlias& alias : globals.aliases) {
+    if (alias.global >= globals.fields.size() || !core::iequals(alias.name, path)) continue;
+    return NamedPlace{globals.fields[alias.global].offset, globals.fields[alias.global].type};
+  }
   const std::string_view list = take_name(path);
   if (path.empty() || path.front() != '.') return std::nullopt;
   path.remove_prefix(1);

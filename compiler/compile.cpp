@@ -19,6 +19,7 @@
 #include "compiler/taskblock_declarations.h"
 #include "core/text.h"
 #include "declare/declare.h"
+#include "declare/extended_structures.h"
 #include "declare/generic_blocks.h"
 #include "declare/library_declarations.h"
 #include "drawings/make.h"
@@ -192,6 +193,7 @@ void compile(const Request& request, Compilation& compilation) {
       *compilation.project, request.taskblocks != nullptr ? *request.taskblocks : taskblocks::Registry::built_in(),
       diagnostics);
   const bool declares_library = st::drop_library_declarations(*compilation.project) + declared_taskblocks != 0;
+  st::join_extended_structures(*compilation.project);
   st::make_generic_blocks(*compilation.project, diagnostics);
   if (request.lint) st::warn_of_hidden_names(*compilation.project, diagnostics);
   compilation.module = st::declare(*compilation.project, request.options, diagnostics);

@@ -13,6 +13,7 @@
 #include "frontend-ld/lower.h"
 #include "frontend-sfc/lower.h"
 #include "frontend-st/text.h"
+#include "frontend-st/worksheets.h"
 #include "ir/generic.h"
 #include "ir/reach.h"
 
@@ -21,12 +22,11 @@ namespace {
 
 using core::Code;
 
-/// The language of a POU's bodies; the first that is not empty decides.
-plcopen::Language language_of(const plcopen::Pou& pou) {
-  for (const plcopen::Body& body : pou.bodies) {
-    if (body.language != plcopen::Language::kNone) return body.language;
-  }
-  return plcopen::Language::kNone;
+bool is_chart(const plcopen::Body& body) { return body.language == plcopen::Language::kSfc; }
+
+/// Of worksheets that are mixed, one is a chart: it evaluates all of its POU.
+bool mixes_chart(const plcopen::Pou& pou) {
+  return st::is_mixed(pou) && std::any_of(pou.bodies.begin(), pou.bodies.end(), is_chart);
 }
 
 class Lowering {
@@ -89,11 +89,10 @@ class Lowering {
 
  private:
   static bool compiles(const plcopen::Pou& pou) {
-    if (!pou.unread.empty()) return false;
+    if (!pou.unread.empty() || mixes_chart(pou)) return false;
     // A chart in a form that is not read has neither elements nor text.
     return std::none_of(pou.bodies.begin(), pou.bodies.end(), [](const plcopen::Body& body) {
-      return body.language == plcopen::Language::kSfc && body.drawn_elements != 0 && body.elements.empty() &&
-             body.text.empty();
+      return is_chart(body) && body.drawn_elements != 0 && body.elements.empty() && body.text.empty();
     });
   }
 
@@ -122,8 +121,7 @@ class Lowering {
 
   static bool has_chart(const plcopen::Pou& pou) {
     const auto draws = [](const plcopen::Pou& one) {
-      return std::any_of(one.bodies.begin(), one.bodies.end(),
-                         [](const plcopen::Body& body) { return body.language == plcopen::Language::kSfc; });
+      return std::any_of(one.bodies.begin(), one.bodies.end(), is_chart);
     };
     return draws(pou) || std::any_of(pou.actions.begin(), pou.actions.end(), draws);
   }
@@ -205,7 +203,9 @@ class Lowering {
       not_compiled(pou, index);
       return;
     }
-    switch (language_of(pou)) {
+    if (mixes_chart(pou)) return not_compiled(pou, index);
+    if (st::is_mixed(pou)) return lower_mixed(pou, index);
+    switch (st::language_of(pou)) {
       case plcopen::Language::kNone:
         module.pous[index].compiled = true;
         return;
@@ -232,12 +232,38 @@ class Lowering {
     }
   }
 
+  /// Worksheets in several languages are executed one after the other, as those in one language are.
+  void lower_mixed(const plcopen::Pou& pou, std::uint32_t index) {
+    ++texts_;
+    const std::size_t errors = diagnostics_.error_count();
+    ir::Builder builder(module_, index, diagnostics_);
+    st::lower_prologue(builder);
+    ld::Worksheets drawings;
+    bool drawn = false;
+    for (const plcopen::Body& body : pou.bodies) {
+      if (st::is_empty_body(body)) continue;
+      if (body.language == plcopen::Language::kSt) {
+        st::lower_statements(body.text, body.text_at.line != 0 ? body.text_at : body.at, builder, body.defines.get());
+      } else if (body.language == plcopen::Language::kIl) {
+        il::lower_list(body, builder);
+      } else {
+        ld::lower_drawing(body, builder, drawings);
+        drawn = true;
+      }
+    }
+    const bool good = diagnostics_.error_count() == errors;
+    if (good && drawn) ld::warn_of_idle(pou, drawings, builder);
+    module_.pous[index].compiled = good;
+  }
+
   void not_compiled(const plcopen::Pou& pou, std::uint32_t index) {
     core::SourceRef at = pou.bodies.empty() ? pou.at : pou.bodies.front().at;
     if (at.line == 0) at = pou.at;
     const ir::Pou& made = module_.pous[index];
-    const std::string reason =
-        pou.unread.empty() ? fmt::format("is written in {}", plcopen::language_name(language_of(pou))) : pou.unread;
+    const std::string reason = !pou.unread.empty() ? pou.unread
+                               : mixes_chart(pou)
+                                   ? "has a chart beside bodies in other languages"
+                                   : fmt::format("is written in {}", plcopen::language_name(st::language_of(pou)));
     const std::string what =
         fmt::format("{} \"{}\" {}", made.owner == ir::Pou::kDeclared ? plcopen::pou_kind_name(pou.kind) : "action",
                     made.name, reason);
@@ -252,6 +278,12 @@ class Lowering {
           pou.object_oriented
               ? "write it as function blocks, functions and structures, or run the rest with --stub-missing"
               : "export it as PLCopen XML or write it in ST, or run the rest with --stub-missing");
+      return;
+    }
+    if (mixes_chart(pou)) {
+      diagnostics_.report(Code::P5101, at, made.name, what,
+                          "put the chart or the other bodies into an action or a function block of their own, or run "
+                          "the rest with --stub-missing");
       return;
     }
     diagnostics_.report(

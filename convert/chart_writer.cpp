@@ -159,6 +159,10 @@ class ChartWriter {
     return "    := " + std::string(text) + (text.find("//") != std::string_view::npos ? "\n    ;\n" : ";\n");
   }
 
+  static std::string negation(const std::string& text) {
+    return expression("NOT (" + text + (text.find("//") != std::string::npos ? "\n    )" : ")"));
+  }
+
   static std::string instructions(std::string_view text) { return "    :\n" + std::string(text) + "\n"; }
 
   std::string condition(const Condition& condition) {
@@ -167,7 +171,7 @@ class ChartWriter {
         fail(condition.at, "has a transition without a condition");
         return {};
       case Condition::Kind::kText:
-        return expression(condition.text);
+        return condition.negated ? negation(condition.text) : expression(condition.text);
       case Condition::Kind::kInstructions:
         return instructions(condition.text);
       case Condition::Kind::kWire:
@@ -178,7 +182,12 @@ class ChartWriter {
     }
     const auto named = std::find_if(owner_.transitions.begin(), owner_.transitions.end(),
                                     [&](const plcopen::Pou& one) { return core::iequals(one.name, condition.text); });
-    return named == owner_.transitions.end() ? expression(condition.text) : body_of(*named, condition.at);
+    if (named == owner_.transitions.end()) {
+      return condition.negated ? negation(condition.text) : expression(condition.text);
+    }
+    if (!condition.negated) return body_of(*named, condition.at);
+    fail(condition.at, "has a transition whose condition is another one, negated");
+    return {};
   }
 
   /// The condition that is a transition of the POU.

@@ -216,7 +216,9 @@ std::string write_types(const std::vector<plcopen::DataType>& types, const Comme
   for (const plcopen::DataType& type : types) {
     text += comments.before(type.at, 0);
     if (type.qualified) text += "{attribute 'qualified_only'}\n";
-    text += "TYPE\n  " + type.name + " : " + write_type(type.type, comments);
+    const bool extends = type.type.kind == TypeSpec::Kind::kStruct && type.type.base != nullptr;
+    text += "TYPE\n  " + type.name + (extends ? " EXTENDS " + type.type.base->name : std::string()) + " : " +
+            write_type(type.type, comments);
     const std::string value = write_value(type.initial);
     if (!value.empty()) text += " := " + value;
     text += ";" + comments.after(type.at) + "\nEND_TYPE\n\n";

@@ -91,6 +91,15 @@ std::string Expressions::global_name(std::uint32_t index) {
   return (qualifier.empty() ? qualifier : qualifier + ".") + name_text(global.variable.name);
 }
 
+bool Expressions::stands_for_variable(ir::TypeRef type) const { return type.valid() && module_.types[type].implicit; }
+
+std::string Expressions::referred(std::uint32_t reference) {
+  const Inst& from = body_.insts[reference];
+  if (from.op == Op::kConst) return value(reference).text;
+  if (from.op == Op::kMakeRef && plan_.is_inline(reference)) return place(PlaceId{from.a});
+  return root_name(Place{Place::Kind::kDeref, reference, {}, {}});
+}
+
 std::string Expressions::root_name(const Place& p) {
   switch (p.kind) {
     case Place::Kind::kGlobal:
@@ -107,6 +116,7 @@ std::string Expressions::root_name(const Place& p) {
         const Place& from = body_.places[reference.a];
         const bool own = from.kind == Place::Kind::kInstance || from.kind == Place::Kind::kFrame;
         if (own && owner_.variables[from.index].role == ir::Role::kInOut) return variable_name(from.index);
+        if (stands_for_variable(reference.type)) return place(PlaceId{reference.a});
       }
       return operand(p.index, Binding::kOperand) + "^";
     }
@@ -196,6 +206,8 @@ Expressions::Value Expressions::compute(std::uint32_t i) {
       return {text ? *text : fail("has a constant without a literal"), Binding::kOperand, {}};
     }
     case Op::kLoad:
+      // Its name is what it refers to.
+      if (stands_for_variable(inst.type)) return {fail("takes a REFERENCE TO as it is"), Binding::kOperand, {}};
       return {place(PlaceId{inst.a}), Binding::kOperand, {}};
     case Op::kAnd:
       return binary("AND", Binding::kAnd, inst.a, inst.b);
@@ -265,6 +277,10 @@ Expressions::Value Expressions::call_pou(std::uint32_t i) {
   const Inst& inst = body_.insts[i];
   const ir::Pou& callee = module_.pous[inst.a];
   const ir::Pou& declared = callee.made_from == ir::Pou::kDeclared ? callee : module_.pous[callee.made_from];
+  // What is kept of it would be a variable with this name, and no reference.
+  if (stands_for_variable(inst.type) && plan_.uses(i) != 0) {
+    return {fail(fmt::format("calls \"{}\", which gives a REFERENCE TO", declared.name)), Binding::kOperand, {}};
+  }
   std::string text = declared.name + "(";
   bool first = true;
   const auto add = [&](const std::string& argument) {
@@ -281,7 +297,8 @@ Expressions::Value Expressions::call_pou(std::uint32_t i) {
     if (arg.kind == ir::CallArg::Kind::kOutput) {
       add(name + " => " + place(arg.place));
     } else if (arg.kind == ir::CallArg::Kind::kInput) {
-      add(name + " := " + value(arg.value.index).text);
+      const bool variable = stands_for_variable(callee.variables[arg.variable].type);
+      add(name + " := " + (variable ? referred(arg.value.index) : value(arg.value.index).text));
     } else {
       const Inst& reference = body_.insts[arg.value.index];
       std::string target;
@@ -302,6 +319,10 @@ Expressions::Value Expressions::call_pou(std::uint32_t i) {
 
 void Expressions::keep(std::uint32_t i, Value made, std::vector<std::string>& out) {
   if (!problem_.empty()) return;
+  if (stands_for_variable(body_.insts[i].type)) {
+    fail("keeps a REFERENCE TO");
+    return;
+  }
   const auto name = added_.temporary(body_.insts[i].type);
   if (!name) {
     fail("has a value of a type without a name");
@@ -341,6 +362,12 @@ void Expressions::store(std::uint32_t i, std::vector<std::string>& out) {
                     " := " + value(from.b).text + ";");
       return;
     }
+  }
+  if (stands_for_variable(body_.places[inst.a].type)) {
+    if (plan_.chain(i) > 1) fail("stores one reference several times");
+    const std::string given = referred(inst.b);
+    out.push_back(place(PlaceId{inst.a}) + " REF= " + given + ";");
+    return;
   }
   const std::uint32_t count = std::max<std::uint32_t>(plan_.chain(i), 1);
   std::string text;
@@ -382,6 +409,8 @@ void Expressions::run(std::uint32_t i, std::vector<std::string>& out) {
     std::string given;
     if (in_out && from.op == Op::kMakeRef && plan_.is_inline(argument.b)) {
       given = place(PlaceId{from.a});
+    } else if (!block && stands_for_variable(module_.pous[type.pou].variables[field.index].type)) {
+      given = referred(argument.b);
     } else if (in_out) {
       given = root_name(Place{Place::Kind::kDeref, argument.b, {}, {}});
     } else {

@@ -68,6 +68,10 @@ class Expressions {
   Value call_pou(std::uint32_t i);
   std::string extract(const ir::Inst& inst);
   std::string place(ir::PlaceId id);
+  /// Whether it is a REFERENCE TO: a name of this type is what it refers to.
+  [[nodiscard]] bool stands_for_variable(ir::TypeRef type) const;
+  /// What a reference leads to, where its receiver takes a variable.
+  std::string referred(std::uint32_t reference);
   std::string root_name(const ir::Place& p);
   std::string variable_name(std::uint32_t index);
   std::string global_name(std::uint32_t index);

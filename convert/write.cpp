@@ -13,20 +13,13 @@
 #include "convert/declaration_writer.h"
 #include "convert/literals.h"
 #include "core/text.h"
+#include "frontend-st/worksheets.h"
 
 namespace plc::convert {
 namespace {
 
 using core::Code;
 using plcopen::Language;
-
-/// The language of a POU's bodies; the first that is not empty decides.
-Language language_of(const plcopen::Pou& pou) {
-  for (const plcopen::Body& body : pou.bodies) {
-    if (body.language != Language::kNone) return body.language;
-  }
-  return Language::kNone;
-}
 
 std::string_view end_of(plcopen::PouKind kind) {
   switch (kind) {
@@ -131,7 +124,8 @@ class Writer {
   std::string body_text(const plcopen::Pou& pou, const ir::Pou* lowered, const ir::Pou& made, Written& written,
                         const plcopen::Pou& owner, const std::string& name) {
     if (!pou.unread.empty()) return refuse(pou, name, pou.unread);
-    switch (language_of(pou)) {
+    if (st::is_mixed(pou)) return refuse(pou, name, "has bodies in several languages");
+    switch (st::language_of(pou)) {
       case Language::kNone:
       case Language::kSt:
       case Language::kIl:

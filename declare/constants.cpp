@@ -135,8 +135,15 @@ class Evaluator {
         return enum_value(name.substr(0, name.find('#')), name.substr(name.find('#') + 1));
       case NodeKind::kUnary:
         return unary(n.op, *values_[n.a]);
-      case NodeKind::kBinary:
-        return binary(n.op, *values_[n.a], *values_[n.b]);
+      case NodeKind::kBinary: {
+        const ConstantValue& a = *values_[n.a];
+        const ConstantValue& b = *values_[n.b];
+        if (n.op != Operator::kMultiply || !is_number(a) || !is_duration(b)) return binary(n.op, a, b);
+        notes_.push_back({Code::P4359, id, std::string(kFactorFirst),
+                          "write " + std::string(source_.slice(ast_[n.b].begin, ast_[n.b].end)) + " * " +
+                              std::string(source_.slice(ast_[n.a].begin, ast_[n.a].end))});
+        return binary(n.op, b, a);
+      }
       default:
         return fail("\"" + std::string(source_.slice(n.begin, n.end)) + "\" is not constant");
     }
@@ -269,7 +276,14 @@ class Evaluator {
       if (!result) return std::nullopt;
       return typed(a.constant.type, static_cast<std::uint64_t>(result->int_value));
     }
-    if (!is_number(a) || !is_number(b)) return fail("operator does not take these values");
+    if (!is_number(a) || !is_number(b)) {
+      // Dates, durations with reals, enumerations as numbers: what the function of the operator gives.
+      const std::string_view function = function_of(op);
+      if (function.empty()) return fail("operator does not take these values");
+      const ConstantValue both[] = {a, b};
+      const std::string_view unnamed[2];
+      return call_constant(function, both, unnamed, types_, std::nullopt, problem_);
+    }
     const std::optional<TypeId> type = common_type(a, b);
     const bool is_power = op == Operator::kPower;  // its kernel is not exact, and not folded
     const stdlib::Overload* const of_type = type && !is_power ? overload(op, *type) : nullptr;

@@ -150,7 +150,7 @@ std::string Declarer::pou_list(bool function_blocks) const {
   for (const ir::Pou& pou : module_.pous) {
     const bool wanted =
         pou.kind == ir::PouKind::kProgram || (function_blocks && pou.kind == ir::PouKind::kFunctionBlock);
-    if (!wanted || pou.from_library || pou.taskblock != 0 || pou.owner != ir::Pou::kDeclared) continue;
+    if (!wanted || pou.from_library || pou.taskblock != 0 || pou.test || pou.owner != ir::Pou::kDeclared) continue;
     if (count++ == kShown) return out + ", ..";
     out += (out.empty() ? "" : ", ") + pou.name;
   }
@@ -374,7 +374,10 @@ void Declarer::declare_configuration() {
            "name a global BOOL variable, a bit address, or a variable of a program that has an address");
   }
   const std::string runnable = pou_list(true);
-  if (programs == 0 && !instance_failed_ && !runnable.empty()) {
+  // Tests have instances of their own.
+  const bool tested =
+      std::any_of(module_.pous.begin(), module_.pous.end(), [](const ir::Pou& pou) { return pou.test; });
+  if (programs == 0 && !instance_failed_ && !runnable.empty() && !tested) {
     report(Code::P4028, whole_file(), {}, "nothing instantiates any POU",
            "--pou NAME runs one of " + runnable + " alone");
   }

@@ -305,8 +305,38 @@ bool Declarer::fill_struct(TypeRef type, const TypeSpec& spec, const Owner& owne
   }
   types().mutable_type(type).fields = std::move(fields);
   set_depth(type, deepest + 1);
+  if (spec.base) fine = refuse_extended(spec, owner) && fine;
   if (fine && types()[type].kind == TypeKind::kUnion) check_union(type, spec, owner);
   return fine;
+}
+
+// What a structure extends was not joined (extended_structures.h): it is unknown, no structure, or extends this one.
+bool Declarer::refuse_extended(const TypeSpec& spec, const Owner& owner) {
+  const core::SourceRef& at = place(spec.base->at, owner);
+  if (nesting_ >= kMaxTypeNesting) {
+    report_depth(at, owner);
+    return false;
+  }
+  ++nesting_;
+  const auto base = resolve_name(spec.base->name, at, owner);
+  --nesting_;
+  if (!base) return false;
+  if (types()[*base].stub) return true;
+  // One that is a structure was refused itself.
+  const auto known = user_type_by_name_.find(core::trimmed(spec.base->name));
+  const bool structure =
+      known != user_type_by_name_.end() && user_types_[known->second].declaration->type.kind == TypeSpec::Kind::kStruct;
+  if (!structure) {
+    report(Code::P4017, at, owner.pou,
+           quoted(owner.name) + " EXTENDS " + quoted(spec.base->name) + ", which is not declared as a structure",
+           "only a structure extends a structure");
+  } else if (user_types_[known->second].declaration->type.base == nullptr) {
+    report(Code::P4017, at, owner.pou,
+           quoted(owner.name) + " EXTENDS " + quoted(spec.base->name) +
+               ", which has too many members: all such structures get at most 1000000 members and values",
+           "give the structure a member of the other type");
+  }
+  return false;
 }
 
 // Members of a union share their bytes: what is checked where it is used, or has a state, cannot be among them.

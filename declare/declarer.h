@@ -104,6 +104,7 @@ class Declarer final : public ConstantScope {
   void set_depth(ir::TypeRef type, std::uint32_t depth);
   std::optional<ir::TypeRef> resolve_string(const plcopen::TypeSpec& spec, const Owner& owner);
   std::optional<ir::TypeRef> anonymous(ir::Type type, const Owner& owner, std::string_view kind);
+  bool refuse_extended(const plcopen::TypeSpec& spec, const Owner& owner);
   void check_union(ir::TypeRef type, const plcopen::TypeSpec& spec, const Owner& owner);
   bool fill_struct(ir::TypeRef type, const plcopen::TypeSpec& spec, const Owner& owner);
   std::optional<ir::Type> make_enum(const plcopen::TypeSpec& spec, const Owner& owner);

@@ -182,7 +182,9 @@ bool Declarer::add_items(const InitialValue& value, TypeRef type, std::vector<st
            "initial value of " + quoted(owner.name) + " sets more than " + std::to_string(kMaxItems) + " elements");
     return false;
   }
-  switch (value.kind) {
+  // Editors keep texts without quotes: "[pump]" is no list where the type is a string by another name.
+  const bool is_text = target.kind == TypeKind::kString && !value.text.empty();
+  switch (is_text ? InitialValue::Kind::kSimple : value.kind) {
     case InitialValue::Kind::kNone:
       return true;
     case InitialValue::Kind::kArray:

@@ -58,8 +58,9 @@ class BodyMaker {
     out_.file = body.at.file < places.file_count() ? places.file_name(body.at.file) : "";
     const bool text = body.elements.empty() && !body.text.empty();
     if (text) {
-      const core::SourceRef at = body.text_at.line != 0 ? body.text_at : body.at;
-      out_.text = body.text;
+      const core::SourceRef& text_at = body.text_at.line != 0 ? body.text_at : body.at;
+      const core::SourceRef& at = body.lead.empty() ? text_at : body.lead_at;
+      out_.text = body.lead + body.text;
       out_.text_line = at.line;
       out_.text_column = at.column;
       if (body.language != plcopen::Language::kSfc) out_.statements = statements_of(body, places);

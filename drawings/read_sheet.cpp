@@ -103,6 +103,7 @@ class SheetReader {
     if (out.kind == ElementKind::kTransition) {
       const bool made = part.reference.starts_with('#');  // a condition with a body of its own
       out.text = !part.text.empty() ? part.text : made ? std::string() : part.reference;
+      if (part.negated && !out.text.empty()) out.text = "NOT (" + out.text + ")";
     }
     const auto own = [&](const char* when, const std::string& name) {
       if (!name.empty()) out.actions.push_back({when, name, {}, {}, 0, 0});

@@ -18,6 +18,7 @@
 #include "frontend-st/text.h"
 #include "ir/generic.h"
 #include "ir/queues.h"
+#include "ir/reach.h"
 #include "stdlib/specials.h"
 
 namespace plc::fbd {
@@ -98,10 +99,22 @@ struct BlockLowering {
     if (!d.has_reader(eno())) return;
     ValueId value = watch_events ? b.load(eno_place) : enable ? *enable : b.constant_bool(true);
     if (own_eno) value = enable ? b.logic(ir::Op::kAnd, *enable, *own_eno) : *own_eno;
+    const auto drawn =
+        std::find_if(e.outputs.begin(), e.outputs.end(), [](const auto& pin) { return is_eno_name(pin.name); });
+    if (drawn != e.outputs.end()) value = modified(*drawn, value);
     d.publish(eno(), value);
     for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
       if (is_eno_name(e.outputs[i].name)) d.publish({OutRef::Kind::kPin, i, node}, value);
     }
+  }
+
+  static bool has_modifiers(const plcopen::Pin& p) {
+    return p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone;
+  }
+
+  /// A BOOL with the modifiers of its pin.
+  ValueId modified(const plcopen::Pin& p, ValueId value) {
+    return has_modifiers(p) ? d.modify(value, p.negated, p.edge, p.storage, p.name) : value;
   }
 
   [[nodiscard]] OutRef eno() const { return {OutRef::Kind::kEno, 0, node}; }
@@ -115,8 +128,7 @@ struct BlockLowering {
   /// False, and reported, when output `pin` has modifiers and `value` is not BOOL.
   bool modifiers_fit(std::uint16_t pin, ValueId value) {
     const plcopen::Pin& p = e.outputs[pin];
-    const bool modified = p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone;
-    if (!modified || b.type_of(value) == ir::kBoolType) return true;
+    if (!has_modifiers(p) || b.type_of(value) == ir::kBoolType) return true;
     b.report(Code::P3023, e.at,
              "output \"" + p.name + "\" of " + title() + " has a modifier but type " +
                  b.module().types.name_of(b.type_of(value)),
@@ -126,12 +138,8 @@ struct BlockLowering {
 
   /// Publishes output `pin`, its modifiers applied. `executed` = EN, so that outVariables keep their values.
   void publish_output(std::uint16_t pin, ValueId value) {
-    const plcopen::Pin& p = e.outputs[pin];
-    if (p.negated || p.edge != Edge::kNone || p.storage != Storage::kNone) {
-      if (!modifiers_fit(pin, value)) return d.publish_poison({OutRef::Kind::kPin, pin, node});
-      value = d.modify(value, p.negated, p.edge, p.storage, p.name);
-    }
-    d.publish({OutRef::Kind::kPin, pin, node}, value, enable.value_or(ValueId{}));
+    if (!modifiers_fit(pin, value)) return d.publish_poison({OutRef::Kind::kPin, pin, node});
+    d.publish({OutRef::Kind::kPin, pin, node}, modified(e.outputs[pin], value), enable.value_or(ValueId{}));
   }
 
   [[nodiscard]] bool output_wanted(std::uint16_t pin) const {
@@ -300,13 +308,47 @@ struct BlockLowering {
     return "in-out \"" + std::string(port.name) + "\" of " + title();
   }
 
-  std::optional<PlaceId> in_out_place(const Input& input, const Port& port) {
-    const std::string what = name_of(port);
-    std::optional<PlaceId> place;
-    if (input.wire_count == 1) place = d.place_of_source(d.graph().wires[input.first_wire].from);
-    if (input.wire_count == 0 && !input.pin->expression.empty()) {
-      place = st::lower_place(input.pin->expression, input.pin->at, b, true);
+  /// The variable that is wired to an in-out, or is written at it. Nothing when there is none.
+  std::optional<PlaceId> drawn_place(const Input& input, bool for_writing) {
+    if (input.wire_count == 1) return d.place_of_source(d.graph().wires[input.first_wire].from, for_writing);
+    if (input.wire_count != 0 || input.pin->expression.empty()) return std::nullopt;
+    if (!for_writing && !st::is_variable_text(input.pin->expression)) return std::nullopt;
+    return st::lower_place(input.pin->expression, input.pin->at, b, for_writing);
+  }
+
+  /// There are no references to constants.
+  bool is_constant(PlaceId place) {
+    const ir::Place& root = ir::root_of(b.body(), place);
+    if (root.kind == ir::Place::Kind::kGlobal) return b.module().globals[root.index].variable.constant;
+    if (root.kind != ir::Place::Kind::kInstance && root.kind != ir::Place::Kind::kFrame) return false;
+    const ir::Variable& variable = b.pou().variables[root.index];
+    return variable.constant || variable.step;
+  }
+
+  /// For an in-out that is only read: the variable itself where it is large, and a copy of what arrives elsewhere.
+  std::optional<PlaceId> constant_place(const Input& input, const Port& port) {
+    if (!b.module().types.rep_of(port.type) && !has_modifiers(*input.pin)) {
+      const auto place = drawn_place(input, false);
+      if (place && b.type_of(*place) == port.type && !b.is_part(*place) && !is_constant(*place)) return place;
     }
+    const Incoming in = d.read(input);
+    if (in.state == Incoming::State::kUnconnected) {
+      b.report(Code::P3012, input.pin->at, name_of(port) + " is not wired", "wire it to a variable or a constant");
+    }
+    if (!in.is_value()) return std::nullopt;
+    const PlaceId kept = b.variable(b.hidden("constant", port.type));
+    return b.assign(kept, in.operand, name_of(port)) ? std::optional(kept) : std::nullopt;
+  }
+
+  std::optional<PlaceId> in_out_place(const Input& input, const Port& port) {
+    if (port.constant) return constant_place(input, port);
+    const std::string what = name_of(port);
+    if (has_modifiers(*input.pin)) {
+      b.report(Code::P3012, input.pin->at, what + " has a negation, an edge or a storage",
+               "an in-out is the variable itself: negate what is read from it");
+      return std::nullopt;
+    }
+    const std::optional<PlaceId> place = drawn_place(input, true);
     if (!place) {
       b.report(Code::P3012, input.pin->at, what + " is not wired to a variable",
                "an in-out works on a variable of the caller: wire an inVariable or inOutVariable that names one");

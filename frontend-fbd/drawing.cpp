@@ -264,7 +264,7 @@ std::optional<ValueId> Drawing::read_bool(const Input& input, NodeId reader) {
                           "power flow into " + std::string(core::element_word(e.kind)) + " \"" + e.text + "\"");
 }
 
-std::optional<PlaceId> Drawing::place_of_source(const OutRef& out, std::size_t steps) {
+std::optional<PlaceId> Drawing::place_of_source(const OutRef& out, bool for_writing, std::size_t steps) {
   // In-outs wired to themselves, at once or around, lead to no variable.
   if (steps > graph_.nodes.size()) return std::nullopt;
   const plcopen::Element& e = element(out.node);
@@ -272,11 +272,11 @@ std::optional<PlaceId> Drawing::place_of_source(const OutRef& out, std::size_t s
     case ElementKind::kInVariable:
     case ElementKind::kInOutVariable:
       if (!st::is_variable_text(e.text)) return std::nullopt;
-      return st::lower_place(e.text, e.text_at, builder_, true);
+      return st::lower_place(e.text, e.text_at, builder_, for_writing);
     case ElementKind::kConnector:
     case ElementKind::kContinuation:
       for (const Input& input : inputs(out.node)) {
-        if (input.wire_count == 1) return place_of_source(graph_.wires[input.first_wire].from, steps + 1);
+        if (input.wire_count == 1) return place_of_source(graph_.wires[input.first_wire].from, for_writing, steps + 1);
       }
       return std::nullopt;
     case ElementKind::kBlock: {
@@ -287,7 +287,7 @@ std::optional<PlaceId> Drawing::place_of_source(const OutRef& out, std::size_t s
       if (name == nullptr) return std::nullopt;
       for (const Input& input : inputs(out.node)) {
         if (core::iequals(input.pin->name, *name) && input.wire_count == 1) {
-          return place_of_source(graph_.wires[input.first_wire].from, steps + 1);
+          return place_of_source(graph_.wires[input.first_wire].from, for_writing, steps + 1);
         }
       }
       return std::nullopt;

@@ -78,7 +78,7 @@ class Drawing {
   [[nodiscard]] bool has_reader(const OutRef& out) const;
   /// The place of the variable that an output gives (inVariable, inOutVariable, in-out pin), for in-out connections.
   /// `steps`: outputs passed on the way here.
-  std::optional<ir::PlaceId> place_of_source(const OutRef& out, std::size_t steps = 0);
+  std::optional<ir::PlaceId> place_of_source(const OutRef& out, bool for_writing = true, std::size_t steps = 0);
 
   // ---- modifiers: the memory they need is hidden ----
 
@@ -176,6 +176,8 @@ class Drawing {
   void lower_out_variable(NodeId node);
   void lower_in_out_variable(NodeId node);
   void lower_passage(NodeId node);  // connector, continuation
+  /// Whether a jump or return without a wire has a modifier, which is reported: nothing comes that it could modify.
+  bool refuse_modifiers(NodeId node);
   void lower_jump(NodeId node);
   void lower_label(NodeId node);
   void lower_return(NodeId node);

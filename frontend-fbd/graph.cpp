@@ -82,11 +82,11 @@ class Resolver {
     graph_.inputs.push_back(input);
   }
 
-  /// The type name of a block without the namespace of a library.
+  /// The type name of a block without the namespace of a library, and not as a symbol.
   void resolve_type(NodeId node) {
     if (types_ == nullptr || body_.elements[node].has_code) return;
     const std::string_view name = type_name(*types_, body_.elements[node].text);
-    if (name.size() != body_.elements[node].text.size()) own(node).text = std::string(name);
+    if (name != body_.elements[node].text) own(node).text = std::string(name);
   }
 
   /// Nodes stand for the elements that were completed.
@@ -216,6 +216,18 @@ class Resolver {
                          [](const Port& port) { return port.direction == stdlib::Direction::kOutput; }) > 1;
   }
 
+  /// The first drawn output that is BOOL by the type of a function block; `first` where none is known to be.
+  std::size_t first_bool(NodeId from, std::size_t first) {
+    const auto known = known_outputs(from);
+    if (!known || std::any_of(known->begin(), known->end(), [](const Port& port) { return port.result; })) return first;
+    const std::vector<Pin>& outputs = element(from).outputs;
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      const Port* port = find_port(*known, stdlib::Direction::kOutput, outputs[i].name, known->size());
+      if (port != nullptr && port->type == ir::kBoolType) return i;
+    }
+    return first;
+  }
+
   OutRef block_output(const Element& reader, const Pin& pin, const plcopen::Connection& connection, NodeId from) {
     const std::string& name = connection.formal_parameter;
     if (name.empty()) {
@@ -242,10 +254,11 @@ class Resolver {
       report(Code::P3002, connection.at,
              name.empty() ? "wire from block " + block.text + " names none of its outputs"
                           : "wire names output \"" + name + "\", which block " + block.text + " does not have",
-             power ? "read as ENO (or the first output without one); name the pin in formalParameter"
+             power ? "read as ENO, without one as the first BOOL output; name the pin in formalParameter"
                    : "read as the first output; name the pin in formalParameter");
     }
     if ((power && has_eno) || plain == 0) return {OutRef::Kind::kEno, 0, from};
+    if (power) plain_index = first_bool(from, plain_index);
     return {OutRef::Kind::kPin, static_cast<std::uint16_t>(plain_index), from};
   }
 

@@ -82,9 +82,10 @@ struct Graph {
 };
 
 /// Resolves all wires. Wires to elements that do not exist are left out with a warning (P3001). A wire that names no
-/// output of its block is ENO where power flow is asked for, else the first output, with a warning (P3002). `types`
-/// knows the pins of blocks; without it, as for the order alone, only drawn pins count. Boxes in a closed branch with
-/// short-circuit evaluation get an EN more, from the lines that bypass them (closed_branches.h).
+/// output of its block is ENO where power flow is asked for, without one the first BOOL output, else the first output,
+/// with a warning (P3002). `types` knows the pins of blocks; without it, as for the order alone, only drawn pins count.
+/// Boxes in a closed branch with short-circuit evaluation get an EN more, from the lines that bypass them
+/// (closed_branches.h).
 Graph build_graph(const plcopen::Body& body, std::string_view pou, core::Diagnostics& diagnostics,
                   ir::Builder* types = nullptr);
 

@@ -17,7 +17,9 @@ void BlockLowering::lower_execute() {
                                                                              : b.constant_bool(true))
                                                              : b.constant_bool(true);
   for (std::uint16_t i = 0; i < e.outputs.size(); ++i) {
-    if (d.has_reader({OutRef::Kind::kPin, i, node})) d.publish({OutRef::Kind::kPin, i, node}, value);
+    if (d.has_reader({OutRef::Kind::kPin, i, node})) {
+      d.publish({OutRef::Kind::kPin, i, node}, modified(e.outputs[i], value));
+    }
   }
 }
 

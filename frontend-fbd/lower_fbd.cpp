@@ -200,6 +200,15 @@ void Drawing::lower_passage(NodeId node) {
   publish(out, in.operand);
 }
 
+bool Drawing::refuse_modifiers(NodeId node) {
+  const Element& e = element(node);
+  if (!e.negated && e.edge == Edge::kNone && e.storage == Storage::kNone) return false;
+  const std::string_view word = core::element_word(e.kind);
+  report(Code::P3014, node, std::string(word) + " has a negation, an edge or a storage, and is not connected",
+         "wire it, or delete what is modified: a " + std::string(word) + " without a wire is always taken");
+  return true;
+}
+
 void Drawing::lower_jump(NodeId node) {
   const Element& e = element(node);
   const auto own = inputs(node);
@@ -209,12 +218,14 @@ void Drawing::lower_jump(NodeId node) {
     it->second.first_jump = node;
   }
   if (own.empty() || own[0].wire_count == 0) {
+    if (refuse_modifiers(node)) return;
     builder_.probe_reached(key_of(node));
     return builder_.jump(it->second.label);
   }
-  if (const auto condition = read_bool(own[0], node)) {
-    builder_.probe(key_of(node), *condition);
-    builder_.jump_if(*condition, it->second.label);
+  if (const auto flow = read_bool(own[0], node)) {
+    const ValueId condition = modify(*flow, e.negated, e.edge, e.storage, "jump");
+    builder_.probe(key_of(node), condition);
+    builder_.jump_if(condition, it->second.label);
   }
 }
 
@@ -236,14 +247,17 @@ void Drawing::lower_label(NodeId node) {
 void Drawing::lower_return(NodeId node) {
   const auto own = inputs(node);
   if (own.empty() || own[0].wire_count == 0) {
+    if (refuse_modifiers(node)) return;
     builder_.probe_reached(key_of(node));
     return builder_.ret();
   }
-  const auto condition = read_bool(own[0], node);
-  if (!condition) return;
-  builder_.probe(key_of(node), *condition);
+  const auto flow = read_bool(own[0], node);
+  if (!flow) return;
+  const plcopen::Element& e = element(node);
+  const ValueId condition = modify(*flow, e.negated, e.edge, e.storage, "return");
+  builder_.probe(key_of(node), condition);
   const ir::LabelId skip = builder_.new_label();
-  builder_.jump_if_not(*condition, skip);
+  builder_.jump_if_not(condition, skip);
   builder_.ret();
   builder_.bind(skip);
 }

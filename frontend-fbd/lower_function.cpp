@@ -299,18 +299,27 @@ void BlockLowering::lower_standard_function() {
     if (!is_enable_name(input.pin->name)) order.emplace_back(drawn++, &input);
   }
   place_by_name(spec, order);
+  const auto not_connected = [&](const Input& input) {
+    b.report(Code::P3010, input.pin->at, "input \"" + input.pin->name + "\" of " + title() + " is not connected",
+             "a function needs all its inputs: wire it, or give it a constant");
+    good = false;
+  };
+  // An extensible function takes the pins that are wired; MUX counts them, so that none may be missing before another.
+  const bool counts = spec.name == "MUX";
+  const Input* gap = nullptr;
   for (const auto& [position, input] : order) {
     Incoming in = d.read(*input);
     if (in.state == Incoming::State::kPoison) {
       good = false;
     } else if (in.is_value()) {
+      if (counts && gap != nullptr) not_connected(*std::exchange(gap, nullptr));
       operands.push_back(std::move(in.operand));
       pins.push_back(input->pin->name.empty() ? stdlib::pin_name(spec, position) : input->pin->name);
     } else if (!spec.extensible || order.size() <= spec.param_count) {
-      b.report(Code::P3010, input->pin->at, "input \"" + input->pin->name + "\" of " + title() + " is not connected",
-               "a function needs all its inputs: wire it, or give it a constant");
-      good = false;
-    }  // else: an extensible function takes the pins that are wired
+      not_connected(*input);
+    } else if (gap == nullptr) {
+      gap = input;
+    }
   }
   if (good && operands.size() < spec.param_count) {
     b.report(Code::P3010, e.at,

@@ -1,6 +1,7 @@
 #include "frontend-fbd/ports.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/text.h"
 #include "frontend-fbd/graph.h"
@@ -15,6 +16,12 @@ namespace plc::fbd {
 using stdlib::Direction;
 
 namespace {
+
+/// Symbols that a box may show instead of the name of its function (IEC 61131-3:2013, tables 29, 30 and 33).
+constexpr std::pair<std::string_view, std::string_view> kSymbols[] = {
+    {"+", "ADD"}, {"-", "SUB"},  {"*", "MUL"},  {"/", "DIV"},     {"**", "EXPT"}, {":=", "MOVE"},
+    {"&", "AND"}, {">=1", "OR"}, {"=1", "XOR"}, {"=2k+1", "XOR"}, {">", "GT"},    {">=", "GE"},
+    {"=", "EQ"},  {"<=", "LE"},  {"<", "LT"},   {"<>", "NE"}};
 
 std::optional<Direction> direction_of(ir::Role role) {
   switch (role) {
@@ -37,7 +44,8 @@ void add_pou_ports(const ir::Module& module, const ir::Pou& pou, std::vector<Por
     const auto direction = direction_of(v.role);
     if (!direction) continue;
     const ir::TypeRef type = v.role == ir::Role::kInOut ? module.types[v.type].element : v.type;
-    const Port port{v.name, {}, *direction, i, type, v.role == ir::Role::kQueue, v.role == ir::Role::kReturnValue};
+    Port port{v.name, {}, *direction, i, type, v.role == ir::Role::kQueue, v.role == ir::Role::kReturnValue};
+    port.constant = v.role == ir::Role::kInOut && v.constant;
     if (v.role == ir::Role::kReturnValue) {
       ports.insert(ports.begin(), port);
     } else {
@@ -182,6 +190,9 @@ std::optional<std::vector<Port>> outputs_of(ir::Builder& builder, const plcopen:
 }
 
 std::string_view type_name(ir::Builder& builder, std::string_view name) {
+  for (const auto& [symbol, function] : kSymbols) {
+    if (name == symbol) return function;
+  }
   ir::Module& module = builder.module();
   const auto is_known = [&](std::string_view text) {
     return module.pou_by_name.find(text) != module.pou_by_name.end() || stdlib::block_named(text) != nullptr ||

@@ -20,6 +20,7 @@ struct Port {
   ir::TypeRef type{};       ///< for in-outs the type referred to
   bool queue = false;       ///< an in-out that names a queue
   bool result = false;      ///< the output that is the value of a function
+  bool constant = false;    ///< an in-out that is only read (VAR_IN_OUT CONSTANT)
 };
 
 /// Inputs, outputs and in-outs of an instance type (standard block or POU), in declared order.
@@ -67,7 +68,8 @@ std::optional<std::vector<Port>> ports_of_block(ir::Builder& builder, const plco
 /// not known.
 std::optional<std::vector<Port>> outputs_of(ir::Builder& builder, const plcopen::Element& block);
 
-/// `name` without the namespace of a library before it ("Standard.TON"), where only what is left is known.
+/// `name` without the namespace of a library before it ("Standard.TON"), where only what is left is known; the function
+/// that a symbol (">=") stands for.
 std::string_view type_name(ir::Builder& builder, std::string_view name);
 
 /// Declared type of an input pin of a drawn function block, function POU or standard function of several outputs;

@@ -206,6 +206,11 @@ Lowering::Expected Lowering::wanted_type(BlockId block, std::uint32_t instructio
       const Instruction& one = listing_.instructions[i];
       if (!reads_accumulator(one) && !writes_accumulator(one)) continue;
       if (const auto type = type_wanted_by(one)) return type;
+      // What a bracket gives meets what was there before it.
+      if (one.kind == Kind::kClose && id == block_ && !brackets_.empty()) {
+        const Accumulator& before = brackets_.back().before;
+        return before.state == Accumulator::State::kValue ? type_of(before.value) : std::nullopt;
+      }
       const bool keeps_type = one.kind == Kind::kNot ||
                               (one.kind == Kind::kBinary && !one.opens && !st::is_comparison(one.op)) ||
                               !writes_accumulator(one);

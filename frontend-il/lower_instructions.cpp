@@ -83,6 +83,16 @@ NodeId Lowering::negated(NodeId operand) {
   return listing_.ast.add(node);
 }
 
+std::optional<NodeId> Lowering::right_of(const Instruction& one, NodeId operand, const Operand& accumulator,
+                                         bool literal) {
+  if (!one.negated) return operand;
+  const Expected type = type_of(accumulator);
+  if (!literal || !type) return negated(operand);
+  const auto value = st_.value(negated(operand), type);
+  if (!value) return std::nullopt;
+  return given(one, kInner, *value);
+}
+
 NodeId Lowering::binary(const Instruction& one, NodeId left, NodeId right) {
   Node node;
   node.kind = NodeKind::kBinary;
@@ -108,7 +118,7 @@ void Lowering::lower(std::uint32_t index) {
 void Lowering::execute(const Instruction& one, std::uint32_t index) {
   switch (one.kind) {
     case Kind::kLoad:
-      return load(one);
+      return load(one, index);
     case Kind::kStore:
       return store(one);
     case Kind::kSet:
@@ -134,8 +144,10 @@ void Lowering::execute(const Instruction& one, std::uint32_t index) {
   }
 }
 
-void Lowering::load(const Instruction& one) {
-  auto value = st_.value(one.negated ? negated(one.operand) : one.operand, std::nullopt);
+void Lowering::load(const Instruction& one, std::uint32_t index) {
+  const bool literal = one.negated && listing_.ast[one.operand].kind == NodeKind::kLiteral;
+  auto value = st_.value(one.negated ? negated(one.operand) : one.operand,
+                         literal ? wanted_type(block_, index + 1) : std::nullopt);
   // A structure is what it is now, whatever is written to it before it is stored.
   if (value && value->kind == Operand::Kind::kValue && !types().rep_of(builder_.type_of(value->value))) {
     const ir::PlaceId copy = builder_.variable(builder_.hidden("loaded", builder_.type_of(value->value)));
@@ -224,9 +236,9 @@ void Lowering::combine(std::uint32_t index) {
     if (!value) {
       st_.value(operand, std::nullopt);
     } else {
-      const NodeId right = one.negated ? negated(operand) : operand;
+      const auto right = right_of(one, operand, *value, listing_.ast[operand].kind == NodeKind::kLiteral);
       const NodeId left = given(one, kAccumulator, *value);
-      set(st_.value(binary(one, left, right), expected_after(index, *value)));
+      set(right ? st_.value(binary(one, left, *right), expected_after(index, *value)) : std::nullopt);
     }
     operand = next;
   }
@@ -256,9 +268,10 @@ void Lowering::close_bracket(std::uint32_t index) {
   }
   builder_.set_source(at(opener));
   const NodeId left = given(opener, kAccumulator, accumulator_.value);
-  const NodeId value = given(opener, kInner, *inner);
+  const bool literal = inner->kind != Operand::Kind::kValue;
+  const auto right = right_of(opener, given(opener, kInner, *inner), accumulator_.value, literal);
   const Expected expected = expected_after(index, accumulator_.value);
-  set(st_.value(binary(opener, left, opener.negated ? negated(value) : value), expected));
+  set(right ? st_.value(binary(opener, left, *right), expected) : std::nullopt);
 }
 
 std::optional<ir::ValueId> Lowering::condition(const Instruction& one) {

@@ -73,7 +73,7 @@ class Lowering {
   // lower_instructions.cpp
   void lower(std::uint32_t index);
   void execute(const Instruction& one, std::uint32_t index);
-  void load(const Instruction& one);
+  void load(const Instruction& one, std::uint32_t index);
   void store(const Instruction& one);
   void set_or_reset(const Instruction& one);
   void negate(std::uint32_t index);
@@ -94,6 +94,10 @@ class Lowering {
   /// The node of the value `operand`, number `number` of what is given to the lowering of ST.
   st::NodeId given(const Instruction& one, std::uint32_t number, const ir::Operand& operand);
   st::NodeId negated(st::NodeId operand);
+  /// The operand of a binary instruction, negated where it says so: what is negated of a literal has the type of the
+  /// accumulator. Nothing after an error.
+  std::optional<st::NodeId> right_of(const Instruction& one, st::NodeId operand, const ir::Operand& accumulator,
+                                     bool literal);
   st::NodeId binary(const Instruction& one, st::NodeId left, st::NodeId right);
   [[nodiscard]] std::string_view word(const Instruction& one) const { return source_.slice(one.begin, one.end); }
   [[nodiscard]] core::SourceRef at(const Instruction& one) const { return source_.locate(one.begin); }

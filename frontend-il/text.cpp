@@ -48,20 +48,23 @@ std::optional<ir::Operand> lower_value(std::string_view text, const core::Source
   return result;
 }
 
+bool lower_list(const plcopen::Body& body, ir::Builder& builder) {
+  const core::SourceRef at = body.text_at.line != 0 ? body.text_at : body.at;
+  // The third edition, which --strict asks for, has instruction lists.
+  if (!builder.module().options.strict) {
+    builder.report(Code::P4501, at, "the body is an instruction list, which the fourth edition does not have",
+                   "it compiles as it is; ST is the text of later editions");
+  }
+  return lower_instructions(body.text, at, builder, body.defines.get());
+}
+
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
   const std::size_t errors_before = diagnostics.error_count();
   ir::Builder builder(module, pou_index, diagnostics);
   st::lower_prologue(builder);
   bool good = diagnostics.error_count() == errors_before;
   for (const plcopen::Body& body : pou.bodies) {
-    if (body.language != plcopen::Language::kIl) continue;
-    const core::SourceRef at = body.text_at.line != 0 ? body.text_at : body.at;
-    // The third edition, which --strict asks for, has instruction lists.
-    if (!module.options.strict) {
-      builder.report(Code::P4501, at, "the body is an instruction list, which the fourth edition does not have",
-                     "it compiles as it is; ST is the text of later editions");
-    }
-    good = lower_instructions(body.text, at, builder, body.defines.get()) && good;
+    if (body.language == plcopen::Language::kIl) good = lower_list(body, builder) && good;
   }
   module.pous[pou_index].compiled = good;
   return good;

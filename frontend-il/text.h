@@ -25,6 +25,9 @@ bool lower_instructions(std::string_view text, const core::SourceRef& at, ir::Bu
 /// value. The value has the type that was computed; converting it to BOOL is for the caller.
 std::optional<ir::Operand> lower_value(std::string_view text, const core::SourceRef& at, ir::Builder& builder);
 
+/// Lowers one body in IL into the one that `builder` makes, after what it has already. False when there was an error.
+bool lower_list(const plcopen::Body& body, ir::Builder& builder);
+
 /// Lowers the IL bodies of a POU or an action. False when there was an error.
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
 

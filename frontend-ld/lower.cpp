@@ -1,6 +1,7 @@
 #include "frontend-ld/lower.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 
 #include "frontend-fbd/drawing.h"
@@ -203,8 +204,10 @@ bool draws_something(const plcopen::Body& body) {
   });
 }
 
-/// True when the body writes something a user can see, runs a block or jumps.
-bool does_something(const ir::Module& module, std::uint32_t pou_index) {
+/// True when the body, from instruction `first` on, writes something a user can see, runs a block or jumps.
+bool does_something(ir::Builder& builder, std::size_t first) {
+  const ir::Module& module = builder.module();
+  const std::uint32_t pou_index = builder.pou_index();
   const ir::Pou& pou = module.pous[pou_index];
   const ir::Pou& owner = module.owner_of(pou);
   const auto transition = module.transitions.find(pou_index);
@@ -216,7 +219,8 @@ bool does_something(const ir::Module& module, std::uint32_t pou_index) {
     const bool own = p->kind == ir::Place::Kind::kInstance || p->kind == ir::Place::Kind::kFrame;
     return !own || owner.variables[p->index].role != ir::Role::kHidden || p->index == result;
   };
-  return std::any_of(pou.body.insts.begin(), pou.body.insts.end(), [&](const ir::Inst& inst) {
+  const auto begin = pou.body.insts.begin() + static_cast<std::ptrdiff_t>(first);
+  return std::any_of(begin, pou.body.insts.end(), [&](const ir::Inst& inst) {
     switch (inst.op) {
       case ir::Op::kStore:
       case ir::Op::kCopy:
@@ -237,32 +241,43 @@ bool does_something(const ir::Module& module, std::uint32_t pou_index) {
 
 }  // namespace
 
-bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
-  const std::size_t errors_before = diagnostics.error_count();
-  const std::string name = module.pous[pou_index].name;
-  ir::Builder builder(module, pou_index, diagnostics);
-  st::lower_prologue(builder);
-  bool drawn = false;
-  bool connected = true;
-  for (const plcopen::Body& body : pou.bodies) {
-    if (body.language != plcopen::Language::kLd && body.language != plcopen::Language::kFbd) continue;
-    drawn = drawn || draws_something(body);
-    Graph graph = fbd::build_graph(body, name, diagnostics, &builder);
-    const fbd::Sequence sequence = fbd::order(graph, module.options.order, name, diagnostics);
-    Ladder ladder(builder, graph, sequence, module.options);
-    for (const fbd::Step& step : sequence.steps) ladder.lower(step);
-    ladder.finish();
-    connected = connected && !graph.wires.empty();
-  }
-  const bool good = diagnostics.error_count() == errors_before;
-  if (good && !drawn) {
-    diagnostics.report(Code::P3017, pou.at, name, "body of " + name + " draws nothing: it compiles to nothing");
-  } else if (good && !does_something(module, pou_index)) {
-    diagnostics.report(Code::P3016, pou.at, name,
-                       "body of " + name + " draws elements, but none of them writes a variable or runs a block",
-                       connected ? "wire the blocks to coils, outVariables or function blocks"
+void lower_drawing(const plcopen::Body& body, ir::Builder& builder, Worksheets& all) {
+  const std::size_t first = builder.body().insts.size();
+  const std::string name = builder.name();
+  const core::CompileOptions options = builder.module().options;
+  Graph graph = fbd::build_graph(body, name, builder.diagnostics(), &builder);
+  const fbd::Sequence sequence = fbd::order(graph, options.order, name, builder.diagnostics());
+  Ladder ladder(builder, graph, sequence, options);
+  for (const fbd::Step& step : sequence.steps) ladder.lower(step);
+  ladder.finish();
+  all.drawn = all.drawn || draws_something(body);
+  all.connected = all.connected && !graph.wires.empty();
+  all.effective = all.effective || does_something(builder, first);
+}
+
+void warn_of_idle(const plcopen::Pou& pou, const Worksheets& all, ir::Builder& builder) {
+  const std::string name = builder.name();
+  if (!all.drawn) {
+    builder.report(Code::P3017, pou.at, "body of " + name + " draws nothing: it compiles to nothing");
+  } else if (!all.effective) {
+    builder.report(Code::P3016, pou.at,
+                   "body of " + name + " draws elements, but none of them writes a variable or runs a block",
+                   all.connected ? "wire the blocks to coils, outVariables or function blocks"
                                  : "nothing is wired: connect the elements");
   }
+}
+
+bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics) {
+  const std::size_t errors_before = diagnostics.error_count();
+  ir::Builder builder(module, pou_index, diagnostics);
+  st::lower_prologue(builder);
+  Worksheets all;
+  for (const plcopen::Body& body : pou.bodies) {
+    if (body.language != plcopen::Language::kLd && body.language != plcopen::Language::kFbd) continue;
+    lower_drawing(body, builder, all);
+  }
+  const bool good = diagnostics.error_count() == errors_before;
+  if (good) warn_of_idle(pou, all, builder);
   module.pous[pou_index].compiled = good;
   return good;
 }

@@ -21,6 +21,17 @@ namespace plc::ld {
 /// docs/guides/execution-order.md. Reports every problem; true (and Pou::compiled set) when there was no error.
 bool lower_body(const plcopen::Pou& pou, ir::Module& module, std::uint32_t pou_index, core::Diagnostics& diagnostics);
 
+/// What the drawn bodies of one POU have, all together.
+struct Worksheets {
+  bool drawn = false;      ///< elements other than rails
+  bool connected = true;   ///< each has wires
+  bool effective = false;  ///< something is written that others see, is run, or is jumped over
+};
+/// Lowers one drawn body into the one that `builder` makes, after what it has already. Reports every problem.
+void lower_drawing(const plcopen::Body& body, ir::Builder& builder, Worksheets& all);
+/// Warns where bodies without an error draw nothing, or nothing that has an effect.
+void warn_of_idle(const plcopen::Pou& pou, const Worksheets& all, ir::Builder& builder);
+
 /// Takes the value that is wired to the condition of a transition; nothing when there is none, or it had an error.
 using ConditionSink = std::function<void(const plcopen::Element& transition, std::optional<ir::ValueId> value)>;
 /// Lowers elements that are drawn between the steps of a chart into the body that `builder` makes; transitions are

@@ -58,6 +58,7 @@ struct Condition {
   } kind = Kind::kMissing;
   std::string text;
   core::SourceRef at;
+  bool negated = false;  ///< of a text or reference: the transition goes on when it is FALSE
 };
 
 struct Transition {

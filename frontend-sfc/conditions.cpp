@@ -165,6 +165,7 @@ std::optional<ValueId> Evaluation::condition(std::uint32_t t) {
       break;
     }
   }
+  if (value && condition.negated) value = b_.not_(*value);
   if (!value || tip_ == kNoVariable) return value;
   // SFCTip goes on by hand; with SFCTipMode nothing else does.
   const ValueId asked = has(Flag::kTipMode) ? and_(*value, b_.not_(flag(Flag::kTipMode))) : *value;

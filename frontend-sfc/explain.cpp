@@ -21,9 +21,9 @@ std::string condition_of(const Condition& condition) {
   switch (condition.kind) {
     case Condition::Kind::kText:
     case Condition::Kind::kInstructions:
-      return condition.text;
+      return condition.negated ? "NOT (" + condition.text + ")" : condition.text;
     case Condition::Kind::kReference:
-      return "transition " + condition.text;
+      return (condition.negated ? "NOT transition " : "transition ") + condition.text;
     case Condition::Kind::kWire:
       return "what is wired to it";
     case Condition::Kind::kMissing:

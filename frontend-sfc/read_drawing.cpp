@@ -117,11 +117,19 @@ class DrawingReader {
 
   // ---- steps and actions ----
 
+  /// The schema has negated steps and action blocks, and does not say what they do.
+  void refuse_negation(std::uint32_t i) {
+    if (!element(i).negated) return;
+    report(Code::P3109, element(i).at, named(i) + " is negated, which has no meaning that tools agree on",
+           "delete the negation, and draw what is meant");
+  }
+
   void read_steps() {
     step_of_.assign(body_.elements.size(), kNone);
     for (std::uint32_t i = 0; i < body_.elements.size(); ++i) {
       const Element& e = element(i);
       if (e.kind != ElementKind::kStep || left_out(i) || e.text.empty()) continue;
+      refuse_negation(i);
       step_of_[i] = static_cast<std::uint32_t>(chart_.steps.size());
       Step step;
       step.name = e.text;
@@ -146,6 +154,7 @@ class DrawingReader {
   void read_action_blocks() {
     for (std::uint32_t i = 0; i < body_.elements.size(); ++i) {
       if (kind(i) != ElementKind::kActionBlock) continue;
+      refuse_negation(i);
       if (sources_[i].empty()) {
         report(Code::P3112, element(i).at, "action block is at no step: its actions are never executed",
                "wire it to a step, or delete it");
@@ -163,6 +172,7 @@ class DrawingReader {
   }
 
   void add_action(Step& step, const plcopen::ActionLink& link) {
+    if (link.refused) return;
     const auto qualifier = qualifier_of(link.qualifier);
     if (!qualifier) {
       report(Code::P3107, link.at, "qualifier \"" + link.qualifier + "\" at step \"" + step.name + "\" is not known",
@@ -177,6 +187,11 @@ class DrawingReader {
     action.has_text = action.name.empty() && !core::trimmed(link.text).empty();
     action.duration = std::string(core::trimmed(link.duration));
     action.at = link.at;
+    if (!action.name.empty() && !core::trimmed(link.text).empty()) {
+      report(Code::P3106, link.at, "action \"" + action.name + "\" at step \"" + step.name + "\" has a text as well",
+             "it would be one or the other: delete the name or the text");
+      return;
+    }
     if (action.name.empty() && !action.has_text) {
       report(Code::P3106, link.at, "action at step \"" + step.name + "\" names nothing and has no text",
              "name an action or a BOOL variable, or delete it");
@@ -314,6 +329,7 @@ class DrawingReader {
     const plcopen::ChartPart& part = *element(i).chart;
     Condition& condition = transition.condition;
     condition.at = part.text_at.line != 0 ? part.text_at : element(i).at;
+    condition.negated = part.negated;
     if (!part.reference.empty()) {
       condition.kind = Condition::Kind::kReference;
       condition.text = part.reference;
@@ -336,6 +352,7 @@ class DrawingReader {
       return;
     }
     condition.kind = Condition::Kind::kWire;
+    condition.negated = false;  // its pin is
     if (wires.size() != 1) return;
     // CODESYS and TwinCAT have the text of the condition in a variable of its own: it is tested where it counts.
     const auto found = by_id_.find(wires.front().ref_local_id);
@@ -343,6 +360,7 @@ class DrawingReader {
     const Element& text = element(found->second);
     if (text.negated || text.edge != plcopen::Edge::kNone || text.storage != plcopen::Storage::kNone) return;
     condition.kind = Condition::Kind::kText;
+    condition.negated = part.negated;
     condition.text = text.text;
     condition.at = text.text_at;
     condition.at.kind = ElementKind::kTransition;

@@ -209,6 +209,15 @@ bool DeclarationReader::enter(const Token& token) {
   return fail(Code::P4044, token, "nested more than " + std::to_string(kMaxNesting) + " levels deep");
 }
 
+/// "type : INT;" among variables or members is one wrong name, and no end of them.
+bool DeclarationReader::refuse_keyword(Word word) {
+  if (!is_reserved(word) || peek(1).kind != TokenKind::kColon) return false;
+  fail(Code::P4040, token_, shown(token_) + " is a keyword, and names no variable", "give it another name");
+  advance();
+  skip_declaration();
+  return true;
+}
+
 /// To the `;` of the declaration, or to a word that cannot be part of it.
 void DeclarationReader::skip_declaration() {
   std::uint32_t structures = 0;
@@ -255,7 +264,8 @@ void DeclarationReader::skip_to_opener() {
 /// not skipped.
 bool DeclarationReader::end_declaration() {
   if (accept(TokenKind::kSemicolon)) return true;
-  fail(Code::P4040, token_, "\";\" is missing before " + shown(token_));
+  fail(Code::P4040, token_, "\";\" is missing before " + shown(token_),
+       at(TokenKind::kEqual) ? "values of declarations follow :=" : "");
   const TokenKind next = at(TokenKind::kIdentifier) ? peek(1).kind : TokenKind::kEnd;
   if (next != TokenKind::kColon && next != TokenKind::kComma && !is_reserved(word_of(token_))) skip_declaration();
   return false;

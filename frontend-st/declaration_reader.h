@@ -132,6 +132,7 @@ class DeclarationReader {
   bool require(TokenKind kind, std::string_view wanted);
   bool enter(const Token& token);
   void leave() { --depth_; }
+  bool refuse_keyword(Word word);
   void skip_declaration();
   void recover(std::uint32_t begin);
   void skip_to(Word end);
@@ -164,6 +165,7 @@ class DeclarationReader {
   bool type_spec(plcopen::TypeSpec& out);
   bool type_spec_inner(plcopen::TypeSpec& out);
   bool array_spec(plcopen::TypeSpec& out);
+  bool extend(plcopen::DataType& type, const std::shared_ptr<plcopen::TypeSpec>& extended, const Token& at);
   bool struct_spec(plcopen::TypeSpec& out);
   bool named_spec(plcopen::TypeSpec& out);
   bool generic_values(std::string& type_name);
@@ -196,6 +198,10 @@ class DeclarationReader {
   /// Where pragmas that choose begin and end from `begin` to `end`, where no tokens are; `none` when there are none.
   [[nodiscard]] std::uint32_t first_choice(std::uint32_t begin, std::uint32_t end, std::uint32_t none) const;
   [[nodiscard]] std::uint32_t last_choice(std::uint32_t begin, std::uint32_t end, std::uint32_t none) const;
+  /// Where the line of the first comment from `begin` to `end` begins that has a line of its own; `end` without one.
+  [[nodiscard]] std::uint32_t first_comment(std::uint32_t begin, std::uint32_t end) const;
+  /// Gives a body the comments from `lead` to `begin`, where it has a text.
+  void keep_lead(plcopen::Body& body, std::uint32_t lead, std::uint32_t begin) const;
   [[nodiscard]] std::shared_ptr<const std::vector<std::string>> defines_at(std::uint32_t offset) const;
   void action(const std::string& owner);
   void action_body(plcopen::Pou& action, const Token& opener);

@@ -31,7 +31,7 @@ std::vector<Lowering::Parameter> Lowering::parameters_of_pou(std::uint32_t pou) 
     const ir::Variable& v = variables[i];
     if (v.role != Role::kInput && v.role != Role::kOutput && v.role != Role::kInOut && v.role != Role::kQueue) continue;
     const TypeRef type = v.role == Role::kInOut ? types()[v.type].element : v.type;
-    out.push_back({v.name, v.role, i, type, {}});
+    out.push_back({v.name, v.role, i, type, {}, v.role == Role::kInOut && v.constant});
   }
   return out;
 }
@@ -165,9 +165,19 @@ Lowering::Arguments Lowering::bind_arguments(NodeId call, const std::vector<Para
 // The handle of a variable given to an in-out; `known` when its place was looked up before.
 std::optional<ValueId> Lowering::in_out(NodeId written, const Parameter& parameter, std::string_view callee,
                                         std::optional<PlaceId> known) {
-  const auto where = known ? known : place(written, true);
-  if (!where) return std::nullopt;
   const std::string what = "in-out " + quoted(parameter.name) + " of " + std::string(callee);
+  if (parameter.constant && !known && !names_place(written)) {
+    const auto given = value(written, parameter.type);
+    return given ? kept_reference(*given, parameter.type, what) : std::nullopt;
+  }
+  const auto where = known ? known : place(written, !parameter.constant);
+  if (!where) return std::nullopt;
+  // Which is only read may also be a copy; there are no references to constants.
+  const TypeRef type = builder_.type_of(*where);
+  const bool other_capacity = type != parameter.type && types()[type].kind == TypeKind::kString;
+  if (parameter.constant && (other_capacity || builder_.is_part(*where) || is_constant(*where))) {
+    return kept_reference(operand(builder_.load(*where), written), parameter.type, what);
+  }
   if (builder_.is_part(*where)) {
     report(Code::P4010, at(written), what + " needs a whole variable, " + quoted(text(written)) + " is a part of one",
            "copy the part to a variable of its own");
@@ -181,6 +191,30 @@ std::optional<ValueId> Lowering::in_out(NodeId written, const Parameter& paramet
     return std::nullopt;
   }
   return builder_.make_ref(*where);
+}
+
+// Whether the text names a variable, and no value: of an enumeration, a literal, what a function or an operator gives.
+bool Lowering::names_place(NodeId id) {
+  switch (node(id).kind) {
+    case NodeKind::kMember:
+      return !names_enumeration(node(id).a);
+    case NodeKind::kName:
+      return !is_unresolved_name(id) || find_enum_values(types(), name_text(id), false).empty();
+    case NodeKind::kDirect:
+    case NodeKind::kBit:
+    case NodeKind::kIndex:
+    case NodeKind::kDeref:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// A reference to a variable of `type` that holds the value while a call reads it.
+std::optional<ValueId> Lowering::kept_reference(const Operand& given, TypeRef type, const std::string& what) {
+  const PlaceId kept = builder_.variable(builder_.hidden("constant", type));
+  if (!builder_.assign(kept, given, what)) return std::nullopt;
+  return builder_.make_ref(kept);
 }
 
 bool Lowering::all_in_outs_given(NodeId call, const std::vector<Parameter>& parameters, const Arguments& arguments,

@@ -140,8 +140,8 @@ std::optional<std::uint32_t> Lowering::function_for(NodeId id, std::uint32_t pou
     }
     const NodeId written = node(bound->argument).a;
     TypeRef type{};
-    if (parameter.role == Role::kInOut) {
-      const auto where = place(written, true);
+    if (parameter.role == Role::kInOut && (!parameter.constant || names_place(written))) {
+      const auto where = place(written, !parameter.constant);
       if (where) given.places.emplace(bound->argument, *where);
       if (where) type = builder_.type_of(*where);
     } else {
@@ -242,8 +242,12 @@ std::optional<Operand> Lowering::call_function(NodeId id, std::uint32_t pou, boo
       continue;  // the function is made for it
     } else if (parameter.role == Role::kInOut) {
       const auto known = given.places.find(bound.argument);
+      const auto kept = given.values.find(bound.argument);
       const auto handle =
-          in_out(written, parameter, name, known != given.places.end() ? std::optional(known->second) : std::nullopt);
+          kept != given.values.end()
+              ? kept_reference(kept->second, parameter.type, "in-out " + quoted(parameter.name) + " of " + name)
+              : in_out(written, parameter, name,
+                       known != given.places.end() ? std::optional(known->second) : std::nullopt);
       if (!handle) {
         fine = false;
         continue;

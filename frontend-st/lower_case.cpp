@@ -81,8 +81,15 @@ std::optional<ValueId> Lowering::label_value(NodeId id, TypeRef selector) {
   const auto elementary = types().elementary_of(selector);
   const bool is_text = elementary && core::in_category(*elementary, core::kAnyString);
   if (!is_text || given->kind != Operand::Kind::kValue) {
-    const TypeRef as = types()[selector].kind == TypeKind::kSubrange ? ir::ref_of(*elementary) : selector;
-    label = builder_.convert(*given, as, "label of CASE");
+    // A number for a value of an enumeration is taken as it is in "color = 0".
+    const bool number = types()[selector].kind == TypeKind::kEnum && given->kind == Operand::Kind::kIntLiteral;
+    const bool as_number = number || types()[selector].kind == TypeKind::kSubrange;
+    label = builder_.convert(*given, as_number ? ir::ref_of(*elementary) : selector, "label of CASE");
+    if (number && label) {
+      ir::Constant constant = builder_.body().constants[builder_.body().insts[label->index].a];
+      constant.type = selector;
+      label = builder_.constant(constant);
+    }
   }
   if (!label) return std::nullopt;
   if (builder_.body().insts[label->index].op == ir::Op::kConst) return label;

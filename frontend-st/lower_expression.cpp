@@ -91,7 +91,7 @@ std::optional<Operand> Lowering::value(NodeId id, Expected expected) {
     case NodeKind::kBinary:
       return binary(id, expected);
     case NodeKind::kCall:
-      return call(id, expected, false);
+      return gives_reference(id) ? name_value(id, expected) : call(id, expected, false);
     case NodeKind::kGiven:
       return given_[node(id).given];
     default:
@@ -192,6 +192,19 @@ bool Lowering::is_unresolved_name(NodeId id) {
          find_name(builder_.module(), builder_.pou(), name_text(id)).kind == Named::Kind::kNothing;
 }
 
+// The name of an enumeration: also where a variable is called like its type, as in "Color : Color;".
+bool Lowering::names_enumeration(NodeId id) {
+  if (node(id).kind != NodeKind::kName) return false;
+  const auto type = types().find(name_text(id));
+  if (!type || types()[*type].kind != TypeKind::kEnum) return false;
+  const Named named = find_name(builder_.module(), builder_.pou(), name_text(id));
+  if (!named.is_place()) return named.kind == Named::Kind::kNothing;
+  const bool local = named.kind == Named::Kind::kVariable;
+  const ir::Variable& variable =
+      local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
+  return variable.type == *type;
+}
+
 // A variable, or the name of an enumeration value: "Red" or "Color.Red".
 std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
   if (is_unresolved_name(id)) {
@@ -227,14 +240,12 @@ std::optional<Operand> Lowering::name_value(NodeId id, Expected expected) {
       return std::nullopt;
     }
   }
-  if (node(id).kind == NodeKind::kMember && is_unresolved_name(node(id).a)) {
-    const auto type = types().find(name_text(node(id).a));
-    if (type && types()[*type].kind == TypeKind::kEnum) {
-      const EnumValueRef found = find_enum_value(types(), *type, name_text(id));
-      if (found.type.valid()) return enum_constant(found, id);
-      report_unknown_value(id, *type, name_text(id));
-      return std::nullopt;
-    }
+  if (node(id).kind == NodeKind::kMember && names_enumeration(node(id).a)) {
+    const ir::TypeRef type = *types().find(name_text(node(id).a));
+    const EnumValueRef found = find_enum_value(types(), type, name_text(id));
+    if (found.type.valid()) return enum_constant(found, id);
+    report_unknown_value(id, type, name_text(id));
+    return std::nullopt;
   }
   const auto where = place(id, false);
   if (!where) {
@@ -352,6 +363,18 @@ std::optional<Operand> Lowering::compare_references(NodeId id, const Operand& le
   return operand(node(id).op == Operator::kEqual ? same : builder_.not_(same), id);
 }
 
+bool Lowering::is_duration(const Operand& operand) {
+  if (operand.kind != Operand::Kind::kValue) return false;
+  const auto elementary = types().elementary_of(builder_.type_of(operand.value));
+  return elementary && core::in_category(*elementary, core::kAnyDuration);
+}
+
+bool Lowering::is_factor(const Operand& operand) {
+  if (operand.kind != Operand::Kind::kValue) return true;
+  const auto elementary = types().elementary_of(builder_.type_of(operand.value));
+  return elementary && core::in_category(*elementary, core::kAnyNum);
+}
+
 std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const Operand& right, Expected expected) {
   const Operator op = node(id).op;
   const auto is_plain = [](const Operand& o) { return o.kind == Operand::Kind::kIntLiteral && !o.int_is_unsigned; };
@@ -378,7 +401,12 @@ std::optional<Operand> Lowering::combine(NodeId id, const Operand& left, const O
   if ((op == Operator::kEqual || op == Operator::kNotEqual) && is_reference(left) && is_reference(right)) {
     return compare_references(id, left, right);
   }
-  const Operand both[] = {left, right};
+  Operand both[] = {left, right};
+  if (op == Operator::kMultiply && is_duration(right) && is_factor(left)) {
+    report(Code::P4359, at(id), std::string(kFactorFirst),
+           "write " + std::string(text(node(id).b)) + " * " + std::string(text(node(id).a)));
+    std::swap(both[0], both[1]);
+  }
   const auto result = builder_.call(function_of(op), both, at(id),
                                     is_comparison(op) ? std::nullopt : expected_of(function_of(op), expected));
   if (!result) return std::nullopt;

@@ -68,7 +68,9 @@ bool Lowering::check_writable(const ir::Variable& variable, const core::SourceRe
 }
 
 void Lowering::report_unknown_name(NodeId id) {
-  const std::string_view name = name_text(id);
+  std::string_view name = name_text(id);
+  const bool only_globals = name.starts_with('.');
+  if (only_globals) name.remove_prefix(1);
   if (builder_.is_broken(name, at(id))) return;
   const ir::Module& module = builder_.module();
   std::string lists;
@@ -85,8 +87,14 @@ void Lowering::report_unknown_name(NodeId id) {
   Guess guess(name);
   // After the thousandth error no message is kept.
   if (builder_.diagnostics().error_count() < core::Diagnostics::kMaxKept) {
-    for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
+    if (!only_globals) {
+      for (const ir::Variable& variable : builder_.pou().variables) guess.offer(variable.name);
+    }
     for (const ir::Global& global : module.globals) guess.offer(global.variable.name);
+    if (only_globals) {
+      report(Code::P4004, at(id), "there is no global variable " + quoted(name), guess.help());
+      return;
+    }
     for (const TypeRef type : types().enumerations()) {
       for (const ir::EnumMember& member : types()[type].members) guess.offer(member.name);
     }
@@ -185,9 +193,16 @@ std::optional<PlaceId> Lowering::root_place(NodeId id, bool for_writing) {
   const bool local = named.kind == Named::Kind::kVariable;
   const ir::Variable& variable =
       local ? builder_.pou().variables[named.index] : builder_.module().globals[named.index].variable;
+  std::string_view name = name_text(id);
+  if (name.starts_with('.')) {
+    name.remove_prefix(1);
+    const bool hidden = builder_.pou().by_name.find(name) != builder_.pou().by_name.end();
+    report(Code::P4351, at(id), "the dot before " + quoted(name) + " says that it is the global variable",
+           (hidden ? "give the variable of this POU another name, and write " : "write ") + std::string(name));
+  }
   if (for_writing && !types()[variable.type].implicit) {
     if (!check_writable(variable, at(id))) return std::nullopt;
-    note_written(builder_, named, name_text(id), at(id));
+    note_written(builder_, named, name, at(id));
   }
   return local ? builder_.variable(named.index) : builder_.global(named.index);
 }
@@ -225,6 +240,9 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
       return std::nullopt;
     }
     return in_out ? builder_.deref(builder_.load(*found)) : *found;
+  }
+  if (has_parts(parent_type)) {
+    if (const auto bit = bit_constant(id)) return constant_bit_place(parent, id, *bit);
   }
   const ir::Type& type = types()[parent_type];
   if (type.stub) {
@@ -351,58 +369,6 @@ std::optional<Lowering::Index> Lowering::index_of(NodeId index, std::uint16_t ca
   return std::nullopt;
 }
 
-std::optional<Lowering::Part> Lowering::part_of(NodeId id, TypeRef word) {
-  std::string_view digits = name_text(id);
-  core::TypeId part = core::TypeId::kBool;
-  if (digits.size() > 2 && digits[0] == '%') {
-    switch (core::upper(digits[1])) {
-      case 'X':
-        break;
-      case 'B':
-        part = core::TypeId::kByte;
-        break;
-      case 'W':
-        part = core::TypeId::kWord;
-        break;
-      case 'D':
-        part = core::TypeId::kDword;
-        break;
-      default:
-        part = core::TypeId::kLword;
-        break;
-    }
-    digits.remove_prefix(2);
-  }
-  std::string problem;
-  const auto number = parse_literal(digits, problem);
-  const auto elementary = types().elementary_of(word);
-  const bool has_parts = elementary && core::in_category(*elementary, core::kAnyBit | core::kAnyInt) &&
-                         *elementary != core::TypeId::kBool && types()[word].kind == TypeKind::kElementary;
-  if (!has_parts || !number || number->kind != Literal::Kind::kInt) {
-    report(Code::P4005, name_at(id), quoted(text(node(id).a)) + " has no part " + quoted(name_text(id)),
-           "parts are taken from integers and BYTE, WORD, DWORD, LWORD, as in w.3, w.%X3 and w.%B1");
-    return std::nullopt;
-  }
-  const auto bits = [](core::TypeId type) {
-    return type == core::TypeId::kBool ? 1u : core::rep_bytes(core::rep_of(type)) * 8u;
-  };
-  const std::int64_t count = part == core::TypeId::kLword ? 0 : bits(*elementary) / bits(part);
-  if (count < 2 || number->int_value < 0 || number->int_value >= count) {
-    report(Code::P4008, name_at(id),
-           quoted(text(node(id).a)) + " of type " + types().name_of(word) + " has no part " + quoted(name_text(id)),
-           count < 2 ? "a part is smaller than the whole"
-                     : "its parts of this size are 0 to " + std::to_string(count - 1));
-    return std::nullopt;
-  }
-  return Part{ir::ref_of(part), static_cast<unsigned>(number->int_value) * bits(part)};
-}
-
-std::optional<PlaceId> Lowering::part_place(PlaceId word, NodeId id) {
-  const auto part = part_of(id, builder_.type_of(word));
-  if (!part) return std::nullopt;
-  return builder_.part(word, part->type, part->bit);
-}
-
 std::optional<PlaceId> Lowering::index_place(PlaceId array, NodeId id) {
   if (types()[builder_.type_of(array)].kind == TypeKind::kPointer) return pointer_element(array, node(id).b);
   std::optional<PlaceId> where = array;
@@ -436,6 +402,8 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   for (NodeId step : path) checked_root = checked_root && node(step).kind != NodeKind::kDeref;
   if (node(root).kind == NodeKind::kDirect) {
     where = direct_place(root, checked_root);
+  } else if (node(root).kind == NodeKind::kCall && ((!path.empty() && !for_writing) || gives_reference(root))) {
+    where = result_place(root, keep && path.empty());
   } else if (node(root).kind != NodeKind::kName) {
     report(Code::P4006, at(root), quoted(text(root)) + " is not a variable");
     return std::nullopt;

@@ -44,7 +44,7 @@ std::optional<Operand> Lowering::take_reference(NodeId id, Expected expected) {
   }
   const TypeKind wanted = expected ? types()[*expected].kind : TypeKind::kElementary;
   const bool pointer = adr ? wanted != TypeKind::kReference : wanted == TypeKind::kPointer;
-  const auto where = place(node(argument).a, false);
+  const auto where = lasting_place(node(argument).a);
   if (!where) return std::nullopt;
   if (builder_.is_part(*where)) {
     report(Code::P4010, at(argument),
@@ -153,7 +153,7 @@ std::optional<Operand> Lowering::call_is_valid_ref(NodeId id) {
 // What an input of type ANY gets of the variable that is given: its class, address and size. The place holds it until
 // the call; the input of an instance keeps it.
 std::optional<PlaceId> Lowering::described(NodeId written, TypeRef any, const std::string& what) {
-  const auto where = place(written, false);
+  const auto where = lasting_place(written);
   if (!where) return std::nullopt;
   const TypeRef type = builder_.type_of(*where);
   if (type == any) return where;

@@ -23,6 +23,11 @@ std::optional<PlaceId> Lowering::program_place(NodeId id, std::uint32_t program)
       if (one.pou == program) instances += (instances.empty() ? "" : ", ") + one.name;
     }
   }
+  if (instances.empty()) {
+    report(Code::P7903, at(id), "no task of the project runs program " + quoted(named.name),
+           "give the project a task that does, or --pou " + named.name + ", which runs it alone in a 20 ms task");
+    return std::nullopt;
+  }
   report(Code::P4052, at(id), "program " + quoted(named.name) + " has several instances: " + instances,
          "its name means its only instance: make it a function block, or give tasks one instance of it");
   return std::nullopt;

@@ -61,6 +61,7 @@ class Lowering {
     std::uint32_t index = 0;  ///< into the callee's variables or fields
     ir::TypeRef type{};       ///< in-outs: the declared type, not the reference
     std::string alias{};      ///< another name drawings and texts use for it, or empty
+    bool constant = false;    ///< in-outs: VAR_IN_OUT CONSTANT, which is read and never written
     /// Whether an argument without name may stand for it.
     [[nodiscard]] bool has_place() const;
   };
@@ -102,12 +103,16 @@ class Lowering {
   std::optional<ir::Operand> unary(NodeId id, Expected expected);
   std::optional<ir::Operand> binary(NodeId id, Expected expected);
   std::optional<ir::Operand> compare_references(NodeId id, const ir::Operand& left, const ir::Operand& right);
+  bool is_duration(const ir::Operand& operand);
+  /// Whether a duration is multiplied by it.
+  bool is_factor(const ir::Operand& operand);
   std::optional<ir::Operand> combine(NodeId id, const ir::Operand& left, const ir::Operand& right, Expected expected);
   std::optional<ir::Operand> short_circuit(NodeId id, const std::optional<ir::Operand>& left);
   /// What is expected of a call of `function`: where its result is compared, no power of integers is.
   Expected expected_of(std::string_view function, Expected expected);
   std::optional<ir::Operand> negated(NodeId id, ir::Operand operand, Expected expected);
   bool is_unresolved_name(NodeId id);
+  bool names_enumeration(NodeId id);
 
   // lower_place.cpp
   std::optional<ir::PlaceId> root_place(NodeId id, bool for_writing);
@@ -119,13 +124,6 @@ class Lowering {
   std::optional<Found> program_variable(ir::PlaceId parent, NodeId id, bool for_writing);
   std::optional<ir::PlaceId> direct_place(NodeId id, bool for_writing);
   std::optional<ir::PlaceId> member_place(ir::PlaceId parent, NodeId id, bool for_writing);
-  struct Part {
-    ir::TypeRef type;
-    unsigned bit;
-  };
-  /// What "3", "%X3" or "%B1" after a value of type `word` names.
-  std::optional<Part> part_of(NodeId id, ir::TypeRef word);
-  std::optional<ir::PlaceId> part_place(ir::PlaceId word, NodeId id);
   std::optional<ir::PlaceId> index_place(ir::PlaceId array, NodeId id);
   /// An index: its number, where it is known, and its value, where it is no untyped literal.
   struct Index {
@@ -139,6 +137,26 @@ class Lowering {
   bool check_writable(const ir::Variable& variable, const core::SourceRef& where);
   void report_unknown_name(NodeId id);
   bool report_unknown_in_list(NodeId root, NodeId member);
+
+  // lower_parts.cpp
+  struct Part {
+    ir::TypeRef type;
+    unsigned bit;
+  };
+  /// Whether values of this type have bits that are named, as in w.3.
+  bool has_parts(ir::TypeRef word);
+  /// What "3", "%X3" or "%B1" after a value of type `word` names.
+  std::optional<Part> part_of(NodeId id, ir::TypeRef word);
+  std::optional<ir::PlaceId> part_place(ir::PlaceId word, NodeId id);
+  /// The number that the name after the dot of a member stands for, where it is a constant.
+  std::optional<std::int64_t> bit_constant(NodeId id);
+  std::optional<ir::PlaceId> constant_bit_place(ir::PlaceId word, NodeId id, std::int64_t bit);
+  /// Whether a function is called whose result is a REFERENCE TO: the call stands for a variable.
+  bool gives_reference(NodeId id);
+  /// A place that holds the result of a call.
+  std::optional<ir::PlaceId> result_place(NodeId id, bool keep_reference);
+  /// A place that can be referred to later: no part of a result, but what a reference in one leads to.
+  std::optional<ir::PlaceId> lasting_place(NodeId id);
 
   // lower_call.cpp
   /// Whether the place is a configuration port of a taskblock, or part of one.
@@ -190,6 +208,8 @@ class Lowering {
                            bool is_block);
   std::optional<ir::ValueId> in_out(NodeId written, const Parameter& parameter, std::string_view callee,
                                     std::optional<ir::PlaceId> known = std::nullopt);
+  bool names_place(NodeId id);
+  std::optional<ir::ValueId> kept_reference(const ir::Operand& given, ir::TypeRef type, const std::string& what);
   bool all_in_outs_given(NodeId call, const std::vector<Parameter>& parameters, const Arguments& arguments,
                          std::string_view callee);
   std::optional<ir::ValueId> condition(NodeId id, std::string_view what);

@@ -8,6 +8,12 @@
 namespace plc::st {
 
 Named find_name(const ir::Module& module, const ir::Pou& pou, std::string_view name) {
+  if (name.starts_with('.')) {
+    name.remove_prefix(1);
+    const auto global = module.global_by_name.find(name);
+    if (global != module.global_by_name.end()) return {Named::Kind::kGlobal, global->second};
+    return {module.refused.contains(name) ? Named::Kind::kRefused : Named::Kind::kNothing};
+  }
   const auto local = pou.by_name.find(name);
   if (local != pou.by_name.end()) {
     const auto edge = pou.edges.find(local->second);
@@ -62,7 +68,7 @@ std::vector<std::string_view> steps_of(std::string_view path) {
   for (std::size_t i = 0; i < path.size(); ++i) {
     if (path[i] == '[' || path[i] == '(') ++open;
     if ((path[i] == ']' || path[i] == ')') && open != 0) --open;
-    if (path[i] != '.' || open != 0) continue;
+    if (path[i] != '.' || open != 0 || i == 0) continue;  // ".x.y" begins with the name ".x"
     steps.push_back(core::trimmed(path.substr(begin, i - begin)));
     begin = i + 1;
   }

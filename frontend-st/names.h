@@ -13,7 +13,7 @@
 
 namespace plc::st {
 
-/// What a plain name stands for: variables of the POU hide globals.
+/// What a plain name stands for: variables of the POU hide globals, but for ".x", which is the global x.
 struct Named {
   enum class Kind : std::uint8_t {
     kNothing,

@@ -187,6 +187,14 @@ bool Parser::at_operator_name() {
   return peeked_.kind == TokenKind::kLeftParen;
 }
 
+// ".x": the global variable x, whatever the POU calls so (CODESYS, TwinCAT).
+bool Parser::at_global_name() {
+  if (token_.kind != TokenKind::kDot) return false;
+  if (!has_peeked_) peeked_ = lexer_.next();
+  has_peeked_ = true;
+  return peeked_.kind == TokenKind::kIdentifier && peeked_.begin == token_.end;
+}
+
 NodeId Parser::primary() {
   Node node;
   node.begin = node.name = token_.begin;
@@ -211,6 +219,16 @@ NodeId Parser::primary() {
       if (node.kind == NodeKind::kName && keyword_ != Keyword::kNone && !at_operator_name()) {
         return fail_unexpected("a value");
       }
+      break;
+    case TokenKind::kDot:
+      if (!at_global_name()) {
+        if (peeked_.kind != TokenKind::kInteger || peeked_.begin != token_.end) return fail_unexpected("a value");
+        return fail(Code::P4001, token_, "found \".\" where a value is expected",
+                    "a number has a digit before its point: 0." + std::string(text_of(peeked_)));
+      }
+      advance();
+      node.kind = NodeKind::kName;  // with the dot, which find_name() knows
+      node.end = node.name_end = token_.end;
       break;
     case TokenKind::kLeftParen: {
       const std::uint32_t begin = token_.begin;

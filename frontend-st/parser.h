@@ -67,6 +67,7 @@ class Parser {
  private:
   NodeId expression(int min_power);
   [[nodiscard]] bool at_operator_name();
+  [[nodiscard]] bool at_global_name();
   void warn_of_blank();
   NodeId postfix(NodeId base);
   NodeId indices(NodeId base);
@@ -96,6 +97,11 @@ class Parser {
   NodeId case_label();
   [[nodiscard]] bool at_case_label();
   [[nodiscard]] bool at_whole_label();
+  void correct_spelling();
+  /// Whether the text has fewer `end` than `opener`.
+  [[nodiscard]] bool lacks(Keyword end, Keyword opener) const;
+  [[nodiscard]] bool leads_to_then() const;
+  [[nodiscard]] bool at_result();
   [[nodiscard]] bool at_list_end();
   bool end_compound(Keyword end, std::string_view word, const Token& begin, std::string_view what,
                     std::string_view help = {});

@@ -1,8 +1,11 @@
 // What other tools write in bodies and PICARD does not know: named, instead of the first token that does not fit.
+#include <cstdint>
 #include <set>
+#include <utility>
 
 #include "core/text.h"
 #include "frontend-st/foreign.h"
+#include "frontend-st/keywords.h"
 #include "frontend-st/parser.h"
 
 namespace plc::st {
@@ -53,6 +56,80 @@ bool Parser::refuse_foreign_statement() {
   }
   in_error_ = false;
   return true;
+}
+
+// Keywords of a whole text. Names after a dot are members, whatever they spell.
+bool Parser::lacks(Keyword end, Keyword opener) const {
+  std::int64_t open = 0;
+  Lexer all(source_.text());
+  TokenKind before = TokenKind::kEnd;
+  for (Token token = all.next(); token.kind != TokenKind::kEnd; before = std::exchange(token, all.next()).kind) {
+    if (token.kind != TokenKind::kIdentifier || before == TokenKind::kDot) continue;
+    const Keyword keyword = keyword_of(text_of(token));
+    open += keyword == opener ? 1 : keyword == end ? -1 : 0;
+  }
+  return open > 0;
+}
+
+// "ELSIF (a > b) THEN" has its THEN before the semicolon that would end a call.
+bool Parser::leads_to_then() const {
+  constexpr int kMaxTokens = 256;  // of a condition: texts without a semicolon would be read again for each of them
+  Lexer ahead = lexer_;
+  for (int i = 0; i < kMaxTokens; ++i) {
+    const Token token = ahead.next();
+    if (token.kind == TokenKind::kSemicolon || token.kind == TokenKind::kEnd) return false;
+    if (token.kind == TokenKind::kIdentifier && keyword_of(text_of(token)) == Keyword::kThen) return true;
+  }
+  return false;
+}
+
+// ENDIF, END IF, ELSEIF at the begin of a statement: reported, and taken for the keyword that is meant. What may be a
+// call or a set of something with such a name is none of them: no right program has a statement without its end.
+void Parser::correct_spelling() {
+  struct Misspelt {
+    std::string_view written;
+    Keyword keyword;
+    Keyword opener;
+    std::string_view meant;
+  };
+  static constexpr Misspelt kWords[] = {
+      {"ENDIF", Keyword::kEndIf, Keyword::kIf, "END_IF"},
+      {"ENDFOR", Keyword::kEndFor, Keyword::kFor, "END_FOR"},
+      {"ENDWHILE", Keyword::kEndWhile, Keyword::kWhile, "END_WHILE"},
+      {"ENDCASE", Keyword::kEndCase, Keyword::kCase, "END_CASE"},
+      {"ENDREPEAT", Keyword::kEndRepeat, Keyword::kRepeat, "END_REPEAT"},
+      {"ELSEIF", Keyword::kElsif, Keyword::kIf, "ELSIF"},
+      {"ELIF", Keyword::kElsif, Keyword::kIf, "ELSIF"},
+  };
+  if (token_.kind != TokenKind::kIdentifier || keyword_ != Keyword::kNone) return;
+  const std::string_view word = text_of(token_);
+  if (core::upper(word[0]) != 'E' || word.size() < 3 || word.size() > 9) return;
+  Lexer ahead = lexer_;
+  const Token next = has_peeked_ ? peeked_ : ahead.next();
+  const bool apart = core::iequals(word, "END") && next.kind == TokenKind::kIdentifier;
+  const std::string written = std::string(word) + (apart ? std::string(text_of(next)) : "");
+  for (const Misspelt& one : kWords) {
+    if (!core::iequals(one.written, written)) continue;
+    const bool condition = one.keyword == Keyword::kElsif;
+    const bool ends = next.kind == TokenKind::kSemicolon || next.kind == TokenKind::kEnd;
+    if (next.kind == TokenKind::kIdentifier) {
+      // EndIf S= go
+      const std::string_view name = text_of(next);
+      const bool operates = core::iequals(name, "S") || core::iequals(name, "R") || core::iequals(name, "REF");
+      if (!apart && operates && source_.text().substr(next.end).starts_with('=') && !leads_to_then()) return;
+    } else if (condition ? next.kind != TokenKind::kLeftParen || !leads_to_then()
+                         : !ends || !lacks(one.keyword, one.opener)) {
+      return;
+    }
+    in_error_ = false;
+    fail(Code::P4001, token_,
+         '"' + std::string(source_.slice(token_.begin, apart ? next.end : token_.end)) + "\" is written " +
+             std::string(one.meant));
+    in_error_ = false;
+    if (apart) advance();
+    keyword_ = one.keyword;
+    return;
+  }
 }
 
 // target ?= .., target REF= .., target += ..

@@ -77,12 +77,17 @@ bool Parser::at_case_label() {
     case TokenKind::kLeftParen:
       return true;
     case TokenKind::kIdentifier:
+    case TokenKind::kDot:
       break;
     default:
       return false;
   }
   if (keyword_ != Keyword::kNone) return keyword_ == Keyword::kTrue || keyword_ == Keyword::kFalse;
   Lexer ahead = lexer_;
+  if (token_.kind == TokenKind::kDot) {
+    const Token name = has_peeked_ ? peeked_ : ahead.next();
+    if (name.kind != TokenKind::kIdentifier) return false;
+  }
   for (;;) {
     switch (ahead.next().kind) {
       case TokenKind::kDot:
@@ -129,6 +134,7 @@ bool Parser::at_whole_label() {
 }
 
 bool Parser::at_list_end() {
+  correct_spelling();
   if (token_.kind == TokenKind::kEnd || !opener_of(keyword_).empty()) return true;
   return in_case_ ? at_case_label() : open_branches_ > 0 && at_whole_label();
 }
@@ -144,6 +150,15 @@ NodeId Parser::statement_list() {
   }
   in_error_ = false;
   return first;
+}
+
+// After RETURN: a value as other languages give it there, and no statement that follows.
+bool Parser::at_result() {
+  if (token_.kind != TokenKind::kIdentifier || keyword_ == Keyword::kTrue || keyword_ == Keyword::kFalse) {
+    return token_.kind != TokenKind::kDirect && token_.kind != TokenKind::kDot;
+  }
+  Lexer ahead = lexer_;
+  return keyword_ == Keyword::kNone && (has_peeked_ ? peeked_ : ahead.next()).kind == TokenKind::kSemicolon;
 }
 
 // One statement and its semicolon. kNoNode for a semicolon alone, and after an error.
@@ -165,10 +180,13 @@ NodeId Parser::listed_statement() {
   // The last statement of a text may lack its semicolon: EXECUTE boxes are often one assignment.
   if (token_.kind == TokenKind::kEnd) return one;
   in_error_ = false;
+  const bool returns = ast_[one].kind == NodeKind::kReturn && at_result();
   fail(Code::P4013, token_, "\";\" is missing before " + shown_token(text_of(token_)),
-       stray_character(text_of(token_)) != 0 ? kStrayHelp : operator_meant(source_.text(), token_.begin));
+       stray_character(text_of(token_)) != 0 ? kStrayHelp
+       : returns                             ? "the result of a function is assigned to its name"
+                                             : operator_meant(source_.text(), token_.begin));
   const bool begins_statement =
-      token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
+      !returns && token_.kind == TokenKind::kIdentifier && (keyword_ == Keyword::kNone || opens(keyword_));
   if (!at_list_end() && !begins_statement) skip_statement();
   return one;
 }
@@ -237,7 +255,8 @@ NodeId Parser::assignment_or_call() {
   Node node;
   node.begin = token_.begin;
   if (refuse_foreign_statement()) return kNoNode;
-  if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect) return fail_unexpected("a statement");
+  if (token_.kind != TokenKind::kIdentifier && token_.kind != TokenKind::kDirect && !at_global_name())
+    return fail_unexpected("a statement");
   NodeId target = primary();
   if (target == kNoNode) return kNoNode;
   const NodeKind named = ast_[target].kind;

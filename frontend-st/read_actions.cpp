@@ -38,6 +38,7 @@ void DeclarationReader::action_body(plcopen::Pou& action, const Token& opener) {
   const std::string label = "ACTION" + (action.name.empty() ? "" : " \"" + action.name + '"');
   plcopen::Body& body = action.bodies.emplace_back();
   const std::uint32_t begin = first_choice(last_end_, token_.begin, token_.begin);
+  const std::uint32_t lead = first_comment(last_end_, begin);
   std::uint32_t text_end = begin;
   std::uint32_t end_at = begin;
   body.language = language();
@@ -76,6 +77,7 @@ void DeclarationReader::action_body(plcopen::Pou& action, const Token& opener) {
   if (text_end > begin) text_end = last_comment(text_end, closed ? end_at : token_.begin);
   bodies_.emplace_back(begin, text_end);
   body.text = source_.slice(begin, text_end);
+  keep_lead(body, lead, begin);
   if (body.text.empty()) body.language = plcopen::Language::kNone;
   for (const auto& [first, last] : blanks) {
     std::replace_if(

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/text.h"
+#include "core/types.h"
 #include "frontend-st/declaration_reader.h"
 #include "frontend-st/foreign.h"
 
@@ -147,6 +148,10 @@ bool DeclarationReader::pou_head(plcopen::Pou& out, Word opener_word) {
     if (opener_word != Word::kFunction) return fail_expected("a section of variables or a statement");
     advance();
     if (!type_spec(out.return_type)) return false;
+  } else if (opener_word == Word::kFunction && at(TokenKind::kIdentifier) && core::type_named(text_of(token_)) &&
+             (peek(1).kind == TokenKind::kIdentifier || peek(1).kind == TokenKind::kSemicolon)) {
+    fail(Code::P4040, token_, "\":\" is missing before " + shown(token_));
+    if (!type_spec(out.return_type)) return false;
   }
   accept(TokenKind::kSemicolon);
   return true;
@@ -205,6 +210,24 @@ std::uint32_t DeclarationReader::last_choice(std::uint32_t begin, std::uint32_t 
   return last;
 }
 
+std::uint32_t DeclarationReader::first_comment(std::uint32_t begin, std::uint32_t end) const {
+  auto comment = std::lower_bound(comments_.begin(), comments_.end(), begin,
+                                  [](const Token& one, std::uint32_t at) { return one.begin < at; });
+  for (; comment != comments_.end() && comment->end <= end; begin = comment++->end) {
+    const std::string_view before = source_.slice(begin, comment->begin);
+    const std::size_t line = before.find_last_of("\r\n");
+    // One behind the declarations is about those.
+    if (line != std::string_view::npos) return begin + static_cast<std::uint32_t>(line) + 1;
+  }
+  return end;
+}
+
+void DeclarationReader::keep_lead(plcopen::Body& body, std::uint32_t lead, std::uint32_t begin) const {
+  if (lead >= begin || body.text.empty()) return;
+  body.lead = source_.slice(lead, begin);
+  body.lead_at = place(lead, core::ElementKind::kText);
+}
+
 std::shared_ptr<const std::vector<std::string>> DeclarationReader::defines_at(std::uint32_t offset) const {
   if (chosen_ == nullptr || !chosen_->has_defines()) return nullptr;
   return std::make_shared<const std::vector<std::string>>(chosen_->defines_at(offset));
@@ -217,6 +240,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
   plcopen::Body& body = out.bodies.emplace_back();
   // Pragmas that choose belong to the text, also before its first token and after its last one.
   const std::uint32_t begin = first_choice(last_end_, token_.begin, token_.begin);
+  const std::uint32_t lead = first_comment(last_end_, begin);
   std::uint32_t text_end = begin;
   std::uint32_t end_at = begin;
   in_body_ = true;
@@ -278,6 +302,7 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
     last -= begin;
   }
   body.text = blanked(source_.slice(begin, text_end), blanks);
+  keep_lead(body, lead, begin);
   if (body.text.empty()) body.language = Language::kNone;
   if (body.language == Language::kSfc) {
     out.has_chart = true;

@@ -44,18 +44,17 @@ bool DeclarationReader::type_declaration(bool qualified) {
   const std::uint32_t at_name = token_.begin;
   if (!name(type.name, "the name of a data type")) return false;
   type.at = place(at_name, ElementKind::kType);
+  const Token extends = token_;
+  std::shared_ptr<TypeSpec> extended;
   if (at_text("EXTENDS")) {
-    fail(Code::P4041, token_,
-         "data type \"" + type.name +
-             "\" EXTENDS another: inheritance belongs to object orientation, which is not "
-             "supported",
-         "give the structure a member of the other type");
     advance();
-    accept(TokenKind::kIdentifier);
+    extended = std::make_shared<TypeSpec>();
+    if (!type_spec(*extended)) return false;
   }
   if (!require(TokenKind::kColon, "\":\"")) return false;
   const bool fine = type_spec(type.type) && (!accept(TokenKind::kAssign) || initial_value(type.initial));
   if (!fine) return false;
+  if (extended != nullptr && !extend(type, extended, extends)) return false;
   count("data type", Fate::kUsed, type.at);
   // Tools omit the ";" after END_STRUCT.
   const bool structure = (type.type.kind == TypeSpec::Kind::kStruct || type.type.kind == TypeSpec::Kind::kUnion) &&
@@ -63,6 +62,18 @@ bool DeclarationReader::type_declaration(bool qualified) {
   project_.data_types.push_back(std::move(type));
   if (structure && !at(TokenKind::kSemicolon)) return true;
   end_declaration();
+  return true;
+}
+
+/// Structures of CODESYS and TwinCAT extend others; declare/extended_structures.h joins their members.
+bool DeclarationReader::extend(plcopen::DataType& type, const std::shared_ptr<TypeSpec>& extended, const Token& at) {
+  if (type.type.kind != TypeSpec::Kind::kStruct || extended->kind != TypeSpec::Kind::kNamed) {
+    return fail(Code::P4017, at, "data type \"" + type.name + "\" EXTENDS another, and is no structure",
+                "only a structure extends a structure");
+  }
+  fail(Code::P4358, at, "structure \"" + type.name + "\" EXTENDS \"" + extended->name + '"',
+       "give it a member of type " + extended->name);
+  type.type.base = extended;
   return true;
 }
 
@@ -131,6 +142,7 @@ bool DeclarationReader::struct_spec(TypeSpec& out) {
     }
     if (accept(TokenKind::kSemicolon)) continue;
     const TokenKind next = peek(1).kind;
+    if (refuse_keyword(word)) continue;
     if (is_reserved(word) || (word != Word::kNone && next != TokenKind::kColon && next != TokenKind::kComma)) break;
     // A wrong member is one error; those after it are read.
     plcopen::Variable model;

@@ -149,6 +149,7 @@ void DeclarationReader::section(Owner owner, std::vector<Variable>& out) {
     }
     if (accept(TokenKind::kSemicolon)) continue;
     const TokenKind next = peek(1).kind;
+    if (refuse_keyword(inner)) continue;
     const bool named = next == TokenKind::kColon || next == TokenKind::kComma;
     const bool opens = is_reserved(inner) || (inner != Word::kNone && !named);
     const std::uint32_t begin = token_.begin;
@@ -243,7 +244,11 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
       first.edge = plcopen::Edge::kNone;
     }
   }
-  if (accept(TokenKind::kAssign) && !initial_value(first.initial)) return refuse();
+  // "r : REFERENCE TO INT REF= x;" is what ":= x" is there.
+  const bool binds = first.type.kind == plcopen::TypeSpec::Kind::kReferenceTo && at_text("REF") &&
+                     peek(1).kind == TokenKind::kEqual && peek(1).begin == token_.end;
+  if (binds) advance();
+  if (accept(binds ? TokenKind::kEqual : TokenKind::kAssign) && !initial_value(first.initial)) return refuse();
   if (!pay(names.size(), (names.size() - 1) * (last_end_ - begin))) return true;
   for (std::size_t i = 0; i < names.size(); ++i) {
     Variable& variable = i + 1 == names.size() ? out.emplace_back(std::move(first)) : out.emplace_back(first);

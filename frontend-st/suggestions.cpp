@@ -63,6 +63,41 @@ struct Foreign {
   std::string_view help;  ///< empty: ST has it, and it is right or wrong for other reasons
 };
 
+constexpr std::string_view kCopy = "assign arrays and structures as a whole, or copy their elements in a loop";
+constexpr std::string_view kFill = "write the elements in a loop";
+constexpr std::string_view kCompareAll = "compare the elements in a loop";
+constexpr std::string_view kRising = "declare an R_TRIG, call it with CLK := the signal and read its Q";
+constexpr std::string_view kFalling = "declare an F_TRIG, call it with CLK := the signal and read its Q";
+constexpr std::string_view kPowerOf = "a power is EXPT(base, exponent) or base ** exponent";
+constexpr std::string_view kRounds = "REAL_TO_DINT and its like round to the nearest, TRUNC cuts towards zero";
+
+/// Functions of other tools and languages.
+constexpr Foreign kFunctions[] = {
+    {"MEMCPY", kCopy},
+    {"MEMMOVE", kCopy},
+    {"SYSMEMCPY", kCopy},
+    {"SYSMEMMOVE", kCopy},
+    {"MEMSET", kFill},
+    {"SYSMEMSET", kFill},
+    {"MEMCMP", kCompareAll},
+    {"SYSMEMCMP", kCompareAll},
+    {"RE", kRising},
+    {"FE", kFalling},
+    {"EDGEPOS", kRising},
+    {"EDGENEG", kFalling},
+    {"INC", "write x := x + 1"},
+    {"DEC", "write x := x - 1"},
+    {"SET", "write x := TRUE, or x S= condition"},
+    {"RESET", "write x := FALSE, or x R= condition"},
+    {"POW", kPowerOf},
+    {"POWER", kPowerOf},
+    {"FLOOR", kRounds},
+    {"CEIL", kRounds},
+    {"ROUND", kRounds},
+    {"IIF", "a choice is SEL(G := condition, IN0 := value if FALSE, IN1 := value if TRUE)"},
+    {"STRLEN", "the length of a text is LEN(text)"},
+};
+
 // Longer ones first: what is read is the longest that fits.
 constexpr Foreign kOperators[] = {
     {"===", "\"equal\" is written ="},
@@ -110,6 +145,9 @@ bool is_address(std::string_view text) {
 std::string function_meant(const ir::Module& module, const ir::Pou& caller, std::string_view name) {
   const std::string conversion = conversion_meant(name);
   if (!conversion.empty()) return "did you mean \"" + conversion + "\"?";
+  for (const Foreign& one : kFunctions) {
+    if (core::iequals(one.written, name)) return std::string(one.help);
+  }
   core::Guess guess(name);
   for (const auto& [action, index] : caller.actions) guess.offer(action);
   for (const ir::Pou& pou : module.pous) {

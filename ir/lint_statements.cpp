@@ -88,7 +88,9 @@ class Statements {
                                                                   : "it comes after a jump") +
                where;
       case Op::kJumpIf:
-        return "it comes after a loop that has no end" + where;
+        return (b_.flow.label_at[insts_[begin - 1].a] > begin ? "it comes after a jump that is always taken"
+                                                              : "it comes after a loop that has no end") +
+               where;
       default:
         return "its condition is always FALSE" + where;
     }

@@ -23,7 +23,10 @@ class Usage {
     for (const Pou& pou : module.pous) variables_.emplace_back(pou.variables.size());
     for (std::uint32_t p = 0; p < module.pous.size(); ++p) add_body(p);
     for (const Task& task : module.tasks) {
-      const auto single = module.global_by_name.find(task.single.substr(0, task.single.find('.')));
+      auto single = module.global_by_name.find(task.single);
+      if (single == module.global_by_name.end()) {
+        single = module.global_by_name.find(std::string_view(task.single).substr(0, task.single.find('.')));
+      }
       if (single != module.global_by_name.end()) globals_[single->second] |= kRead;
       for (const ProgramInstance& program : task.programs) add_instance(program);
     }

@@ -453,6 +453,9 @@ class NamedCall {
                conversion(known_[odd].type, known_[*reference].type) != nullptr) {
       help = fmt::format("convert it with {}_TO_{}", core::name_of(known_[odd].type),
                          core::name_of(known_[*reference].type));
+    } else if (known_[odd].kind == stdlib::Arg::Kind::kIntLiteral &&
+               core::in_category(known_[*reference].type, core::kAnyDuration)) {
+      help = fmt::format("write a duration: T#{}ms", text_of(args_[odd]));
     }
     const bool several = args_.size() > 2;
     builder_.report(
@@ -487,18 +490,29 @@ class NamedCall {
     return stdlib::literal_fits(arg, type);
   }
 
+  bool takes_an_input(const Overload& o) const {
+    for (std::size_t i = 0; i < known_.size(); ++i) {
+      if (known_[i].kind == stdlib::Arg::Kind::kTyped && o.param_type(i) == known_[i].type) return true;
+    }
+    return false;
+  }
+
+  /// The overloads, those first that take an input as it is.
   std::string candidate_list() const {
     constexpr std::size_t kShown = 6;
     std::string list;
     std::size_t shown = 0;
     const auto candidates = stdlib::overloads_named(name_);
-    for (const Overload& o : candidates) {
-      if (shown++ == kShown) return list + ", ..";
-      list += (list.empty() ? "" : ", ") + name_ + "(";
-      for (std::size_t i = 0; i < o.spec->param_count; ++i) {
-        list += (i ? ", " : "") + std::string(core::name_of(o.param_type(i)));
+    for (const bool taking : {true, false}) {
+      for (const Overload& o : candidates) {
+        if (takes_an_input(o) != taking) continue;
+        if (shown++ == kShown) return list + ", ..";
+        list += (list.empty() ? "" : ", ") + name_ + "(";
+        for (std::size_t i = 0; i < o.spec->param_count; ++i) {
+          list += (i ? ", " : "") + std::string(core::name_of(o.param_type(i)));
+        }
+        list += ")";
       }
-      list += ")";
     }
     return list;
   }

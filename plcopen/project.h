@@ -60,7 +60,7 @@ struct TypeSpec {
   std::vector<Dimension> dimensions;
   std::vector<EnumValue> values;
   std::vector<Variable> members;
-  std::shared_ptr<TypeSpec> base;
+  std::shared_ptr<TypeSpec> base;  ///< of a kStruct: the structure that it extends
   SourceRef at;
   SourceRef length_at;  ///< where `length` is, if known more exactly
 };
@@ -68,8 +68,8 @@ struct TypeSpec {
 struct InitialValue {
   enum class Kind : std::uint8_t { kNone, kSimple, kArray, kStruct };
   Kind kind = Kind::kNone;
-  std::string text;                  ///< kSimple: literal, expression or enumeration name, as written
-  std::string member;                ///< this value's member name inside a kStruct parent
+  std::string text;    ///< kSimple: literal, expression or enumeration name, as written; else what a list was given as
+  std::string member;  ///< this value's member name inside a kStruct parent
   std::string repetition;            ///< repetition count inside a kArray parent, as written; empty = 1
   std::vector<InitialValue> values;  ///< kArray elements or kStruct members, in order
   SourceRef at;
@@ -184,6 +184,7 @@ struct ActionLink {
   std::string duration;        ///< as written, or empty
   std::string indicator;       ///< indicator variable, or empty
   std::int64_t local_id = -1;  ///< its own, beside that of its block
+  bool refused = false;        ///< it could not be read, which was reported
   SourceRef at;
   SourceRef text_at;
 };
@@ -203,6 +204,7 @@ struct ChartPart {
   std::string text;            ///< transition: condition as ST; or empty
   SourceRef text_at = {};      ///< where `text` is
   std::int64_t priority = -1;  ///< transition: small numbers first; -1 = none
+  bool negated = false;        ///< transition: it goes on when its condition does not hold; also at the pin `condition`
   Pin condition = {};          ///< transition: what is wired to its condition
   std::shared_ptr<Body> macro = {};  ///< macro step: the chart in it; null when it has none
 };
@@ -255,6 +257,8 @@ struct Body {
   std::vector<std::string> flags;    ///< SFC: flags that its settings declare and use, "SFCInit" (3S)
   SourceRef at;
   SourceRef text_at;  ///< first character of `text`
+  std::string lead;   ///< files of ST: comments before `text`, up to it, from the begin of a line; else empty
+  SourceRef lead_at;
   /// Names that pragmas of the text may ask for, as --define has them; null: those of the options.
   std::shared_ptr<const std::vector<std::string>> defines = {};
 };

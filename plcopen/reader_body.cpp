@@ -53,6 +53,12 @@ void start_in_out_variable(Reader& r, const Tag& tag) {
 template <ElementKind kKind, Attr kText>
 void start_named(Reader& r, const Tag& tag) {
   Element& e = open_element(r, tag, kKind, local_id(r, tag));
+  // The schema has none of these at jumps; a negated one that jumps with power would be another.
+  if (kKind == ElementKind::kJump) {
+    e.negated = r.flag(tag, Attr::kNegated);
+    e.edge = r.edge(tag, Attr::kEdge);
+    e.storage = r.storage(tag, Attr::kStorage);
+  }
   e.text = core::trimmed(tag.attributes.get(kText));
   e.text_at = e.at;
   if (e.text.empty()) {
@@ -66,7 +72,9 @@ std::string assigned(std::string_view text) { return std::string(is_unassigned(t
 
 void start_block(Reader& r, const Tag& tag) {
   Element& e = open_element(r, tag, ElementKind::kBlock, local_id(r, tag));
-  e.text = r.required_name(tag, Attr::kTypeName);
+  // Of the symbols of functions, this one would be refused as a name.
+  const bool quotient = core::trimmed(tag.attributes.get(Attr::kTypeName)) == "/";
+  e.text = quotient ? "/" : r.required_name(tag, Attr::kTypeName);
   e.text_at = e.at;
   e.instance_name = assigned(core::trimmed(tag.attributes.get(Attr::kInstanceName)));
   e.inputs.reserve(4);
@@ -204,6 +212,7 @@ void action_code(Reader& r) {
 void refuse_action_language(Reader& r, const Tag& tag) {
   r.report(core::Code::P1017, r.element_place(tag.at),
            fmt::format("action drawn in {} cannot be read; only ST is", tag.name), "write the action as ST");
+  element(r).actions.back().refused = true;
 }
 
 constexpr Rule drawn(std::string_view name, StartHandler handler) {

@@ -23,6 +23,7 @@ void start_chart_step(Reader& r, const Tag& tag) {
   Element& e = open_element(r, tag, ElementKind::kStep, r.integer(tag, Attr::kLocalId, -1, kMaxId));
   e.chart = std::make_shared<ChartPart>();
   e.chart->initial = r.flag(tag, Attr::kInitialStep);
+  e.negated = r.flag(tag, Attr::kNegated);
   e.text = r.required_name(tag, Attr::kName);
   e.text_at = e.at;
 }
@@ -53,6 +54,10 @@ void start_branch(Reader& r, const Tag& tag) {
 
 // ---- conditions -----------------------------------------------------------------------------------------------
 
+void start_condition(Reader& r, const Tag& tag) {
+  if (element(r).chart != nullptr) element(r).chart->negated = r.flag(tag, Attr::kNegated);
+}
+
 void condition_reference(Reader& r, const Tag& tag) {
   element(r).chart->reference = r.required_name(tag, Attr::kName);
   element(r).chart->text_at = r.element_place(tag.at);
@@ -61,6 +66,7 @@ void condition_reference(Reader& r, const Tag& tag) {
 void condition_point(Reader& r, const Tag& tag) {
   Pin& pin = element(r).chart->condition;
   pin.has_point_in = true;
+  pin.negated = element(r).chart->negated;
   pin.at = r.element_place(tag.at);
   frame(r).pin = &pin;
 }
@@ -198,7 +204,7 @@ constexpr Rule kRules[] = {
 
     used(State::kElement, "body", State::kBody, start_macro_body, end_macro_body),
     ignored(State::kElement, "connectionPointOutAction", kReasonLayout),
-    used(State::kElement, "condition", State::kCondition),
+    used(State::kElement, "condition", State::kCondition, start_condition),
     used(State::kCondition, "reference", State::kLeaf, condition_reference),
     used(State::kCondition, "connectionPointIn", State::kPointIn, condition_point, close_pin),
     used(State::kCondition, "connection", State::kConnection, condition_wire, close_pin),

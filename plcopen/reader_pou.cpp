@@ -168,6 +168,10 @@ void open_body(Reader& r, const Tag& tag) {
 }
 
 void close_body(Reader& r) {
+  const BodyFrame& frame = *r.bodies.back();
+  if (frame.body.language == Language::kNone && !frame.foreign.empty() && !r.pous.empty()) {
+    r.pous.back()->pou.unread = fmt::format("has a body in \"{}\", which is not read", frame.foreign.substr(0, 60));
+  }
   finish_body(r);
   r.bodies.pop_back();
 }

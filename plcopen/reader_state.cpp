@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "core/text.h"
 
@@ -30,6 +32,23 @@ std::string shown(std::string_view text) {
   return std::string(text.substr(0, kShown)).append("...");
 }
 
+/// Elements of XHTML that are lines of their own.
+bool is_block(std::string_view name) {
+  constexpr std::string_view kBlocks[] = {"p", "br", "div", "li", "pre", "tr", "xhtml"};
+  return std::find(std::begin(kBlocks), std::end(kBlocks), name) != std::end(kBlocks);
+}
+
+constexpr std::string_view kBlanks = " \t\r\n";
+/// Whether a line ends in the blanks that `text` begins with, or ends with.
+bool begins_with_line_end(std::string_view text) {
+  return text.substr(0, text.find_first_not_of(kBlanks)).find('\n') != std::string_view::npos;
+}
+/// The same after `ended`, the answer for what is before `text`.
+bool ends_with_line_end(std::string_view text, bool ended) {
+  const std::size_t last = text.find_last_not_of(kBlanks);
+  return (last == std::string_view::npos && ended) || text.substr(last + 1).find('\n') != std::string_view::npos;
+}
+
 }  // namespace
 
 Reader::Reader(Project& target, core::Diagnostics& diagnostics, const ReadLimits& limits, XmlParser& parser)
@@ -51,8 +70,12 @@ void Reader::start_element(const char* name, std::string_view uri, const Attribu
   const Account::NodeId id =
       account_.enter(frames_.empty() ? Account::kRoot : frames_.back().node, name, variant, place.line);
   const Rule* rule = account_.node(id).rule;
-  frames_.push_back({id, rule == nullptr ? nullptr : rule->end});
+  const bool block = capturing_ && is_block(tag.name);
+  line_ends_ = line_ends_ || block;
+  frames_.push_back({id, rule == nullptr ? nullptr : rule->end, block});
   if (rule == nullptr) {
+    const Rule* const parent = frames_.size() < 2 ? nullptr : account_.node(frames_[frames_.size() - 2].node).rule;
+    if (parent != nullptr && parent->state == State::kBody && !bodies.empty()) bodies.back()->foreign = tag.name;
     if (unknown_.size() < kMaxUnknownNames && unknown_.emplace(tag.name).second) {
       report(core::Code::P1013, tag.at,
              fmt::format("element \"{}\" is not known here and is ignored", shown(tag.name)));
@@ -70,8 +93,13 @@ void Reader::start_element(const char* name, std::string_view uri, const Attribu
 void Reader::end_element() {
   if (frames_.empty()) return;
   const EndHandler end = frames_.back().end;
+  line_ends_ = line_ends_ || frames_.back().block;
   frames_.pop_back();
   if (end != nullptr) end(*this);
+}
+
+bool Reader::ends_line_before(std::string_view piece) {
+  return std::exchange(line_ends_, false) && !text_.empty() && !line_ended_ && !begins_with_line_end(piece);
 }
 
 void Reader::text(std::string_view piece) {
@@ -88,12 +116,15 @@ void Reader::text(std::string_view piece) {
     return;
   }
   text_ += piece;
+  line_ended_ = ends_with_line_end(piece, line_ended_);
 }
 
 void Reader::begin_text() {
   text_.clear();
   text_at_ = {};
   capturing_ = true;
+  line_ends_ = false;
+  line_ended_ = false;
   parser_.begin_text();
 }
 

@@ -56,6 +56,7 @@ struct BodyFrame {
   std::string title;           ///< text of the open vendorElement
   bool action_open = false;    ///< an action of the open action block is read
   std::string guid;            ///< of the open attribute (CODESYS)
+  std::string foreign;         ///< what the body has beside its languages and is not read, or empty
   Pin* pin = nullptr;
   Connection* connection = nullptr;
   std::uint32_t network = 0;
@@ -93,6 +94,7 @@ class Reader final : public XmlHandler {
   void start_element(const char* name, std::string_view uri, const Attributes& attributes, Place place) override;
   void end_element() override;
   [[nodiscard]] bool wants_text() const override { return capturing_; }
+  bool ends_line_before(std::string_view piece) override;
   void text(std::string_view piece) override;
 
   /// After the last event: checks over the whole project.
@@ -141,6 +143,7 @@ class Reader final : public XmlHandler {
   struct Frame {
     Account::NodeId node = 0;
     EndHandler end = nullptr;
+    bool block = false;  ///< a paragraph or line of a text: what comes before and after it are lines of their own
   };
 
   bool open_document(std::string_view name, std::string_view uri, const SourceRef& at);
@@ -157,6 +160,8 @@ class Reader final : public XmlHandler {
   std::string text_;
   SourceRef text_at_;
   bool capturing_ = false;
+  bool line_ends_ = false;   ///< a paragraph or line of the text began or ended
+  bool line_ended_ = false;  ///< the blanks that the text ends with have a line end
 };
 
 }  // namespace plc::plcopen

@@ -155,6 +155,7 @@ void start_data_type(Reader& r, const Tag& tag) {
 }
 
 void end_data_type(Reader& r) {
+  parse_value_text(r.data_types.back().type, r.data_types.back().initial);
   r.note_extent(r.data_types.back().name, r.data_types.back().at);
   r.project.data_types.push_back(std::move(r.data_types.back()));
   r.data_types.pop_back();
@@ -247,7 +248,8 @@ void config_variable(Reader& r, const Tag& tag) {
 }
 
 void end_variable(Reader& r) {
-  const Variable& variable = r.variables.back();
+  Variable& variable = r.variables.back();
+  parse_value_text(variable.type, variable.initial);
   if (variable.section == Section::kGlobal && r.pous.empty()) r.note_extent(variable.name, variable.at);
   r.var_lists.back().out->push_back(std::move(r.variables.back()));
   r.variables.pop_back();

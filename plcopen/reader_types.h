@@ -19,6 +19,10 @@ void pop_type(Reader& r);
 
 /// Fills `result` from a type as text: "INT", "STRING[20]", "ARRAY [0..9, 1..2] OF Lib\Point", "REF_TO T".
 void parse_type_text(std::string_view text, const SourceRef& at, TypeSpec& result);
+/// Makes a list of a value that is one simple text with brackets, "[1, 3(0)]" or "(x := 1, y := [2])", as editors keep
+/// what was typed. Values of strings, what is no list, and lists of more than a million values stay as they are. The
+/// text stays beside the list: the type may have a name that stands for a string, which is not known yet.
+void parse_value_text(const TypeSpec& type, InitialValue& value);
 
 void push_variable_value(Reader& r, const Tag& tag);
 void push_data_type_value(Reader& r, const Tag& tag);

@@ -48,6 +48,13 @@ void vendor_attribute(Reader& r, const Tag& tag) {
   }
 }
 
+/// A body may be in vendor data alone, as those in languages of the tool are.
+void foreign_data(Reader& r, const Tag& tag) {
+  if (r.bodies.empty() || r.bodies.back()->element_open) return;
+  const std::string_view name = core::trimmed(tag.attributes.get(Attr::kName));
+  r.bodies.back()->foreign = name.substr(name.rfind('/') + 1);
+}
+
 void object_oriented(Reader& r, const Tag& tag) {
   r.report(core::Code::P1015, tag.at, "methods, properties, interfaces and inheritance are not executed",
            "write the method as a function block or a function");
@@ -59,13 +66,19 @@ constexpr Rule editor_data(std::string_view ending) {
   return rule;
 }
 
+constexpr Rule unknown_data() {
+  Rule rule = ignored(State::kAddData, "data", "vendor data; POUs, types, resources and variables in it are read",
+                      State::kVendor);
+  rule.start = foreign_data;
+  return rule;
+}
+
 constexpr Rule vendor_data(std::string_view ending) {
   return used_variant(State::kAddData, "data", ending, State::kVendor);
 }
 
 constexpr Rule kRules[] = {
-    ignored(State::kAddData, "data", "vendor data; POUs, types, resources and variables in it are read",
-            State::kVendor),
+    unknown_data(),
     vendor_data("/application"),
     vendor_data("/resource"),
     vendor_data("/pou"),

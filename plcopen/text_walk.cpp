@@ -75,10 +75,13 @@ TextWalk::Step TextWalk::step(std::string_view text) const {
   return {text[0] == '\n' ? raw : 0, 1, file_[at_ + raw - 1] == '\n'};
 }
 
+// Tags inside of a text have other places already: from there back to the text would be all of the file anew.
+Place TextWalk::place_at(std::size_t offset) { return (value_ ? places_ : own_places_).at(offset); }
+
 void TextWalk::jump_to(std::size_t offset) {
   if (last_ == kNone || offset == next_) return;
-  const Place from = places_.at(last_);
-  const Place to = places_.at(offset);
+  const Place from = place_at(last_);
+  const Place to = place_at(offset);
   jumps_.add({from.line, from.column}, {to.line, to.column});
 }
 
@@ -92,7 +95,7 @@ void TextWalk::piece(std::string_view piece) {
       return;
     }
     if (last_ != kNone || !is_blank(piece[done])) {
-      if (last_ == kNone) first_ = places_.at(at_);
+      if (last_ == kNone) first_ = place_at(at_);
       // The bytes of one character beyond its first take no column.
       if ((static_cast<unsigned char>(piece[done]) & 0xC0u) != 0x80u || !one.plain) {
         jump_to(at_);
@@ -104,6 +107,14 @@ void TextWalk::piece(std::string_view piece) {
     after_ = at_;
     done += one.text;
   }
+}
+
+// The end of the tag stands for the line end.
+void TextWalk::line_end() {
+  if (last_ == kNone || at_ == 0 || lost_) return;
+  jump_to(at_ - 1);
+  last_ = at_ - 1;
+  next_ = kNone;
 }
 
 void TextWalk::end() {

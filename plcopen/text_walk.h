@@ -16,13 +16,15 @@ namespace plc::plcopen {
 
 class TextWalk {
  public:
-  TextWalk(std::string_view file, PlaceFinder& places) : file_(file), places_(places) {}
+  TextWalk(std::string_view file, PlaceFinder& places) : file_(file), places_(places), own_places_(file) {}
 
   /// What comes next belongs to a new text.
   void begin();
   /// A tag ends before `offset`; the text may continue after it.
   void tag(std::size_t offset);
   void piece(std::string_view piece);
+  /// The text has a line end where the last tag is, of which nothing was given yet.
+  void line_end();
   /// All of the text was given.
   void end();
   /// A whole text: the value of an attribute, after the quote at `offset`, as the parser gives it.
@@ -41,12 +43,14 @@ class TextWalk {
   };
   [[nodiscard]] Step step(std::string_view text) const;
   void skip_markup();
+  Place place_at(std::size_t offset);
   void jump_to(std::size_t offset);
 
   static constexpr std::size_t kNone = std::string_view::npos;
 
   std::string_view file_;
-  PlaceFinder& places_;
+  PlaceFinder& places_;     ///< for values of attributes
+  PlaceFinder own_places_;  ///< for texts
   core::TextJumps jumps_;
   std::optional<Place> first_;
   std::size_t at_ = 0;        ///< offset in the file of what comes next

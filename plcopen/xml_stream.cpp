@@ -120,6 +120,10 @@ struct XmlParser::Callbacks {
     guarded(data, [&](XmlParser& p) {
       if (!p.handler_->wants_text()) return;
       const std::string_view text(reinterpret_cast<const char*>(piece), static_cast<std::size_t>(length));
+      if (p.handler_->ends_line_before(text)) {
+        p.walk_.line_end();
+        p.handler_->text("\n");
+      }
       p.walk_.piece(text);
       p.handler_->text(text);
     });

@@ -55,6 +55,8 @@ class XmlHandler {
   virtual void end_element() = 0;
   /// True when text events are wanted now.
   [[nodiscard]] virtual bool wants_text() const = 0;
+  /// True when a line ends before `piece` though the file has no line end there; it is given as a text of its own.
+  virtual bool ends_line_before(std::string_view /*piece*/) { return false; }
   /// A piece of character data, entities and line ends resolved.
   virtual void text(std::string_view piece) = 0;
 };

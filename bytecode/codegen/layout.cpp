@@ -317,9 +317,10 @@ std::uint32_t Layout::make_instance(std::uint32_t index) {
       f.name = located ? v.name + "#" : v.name;
       f.type = type(v.type);
       f.role = role_of(v.role);
-      // Callers give inputs their values, and references are made when the POU first runs. Those of taskblocks that are
-      // constant have theirs from the start: what ready() checked stays.
-      f.constant = v.constant && (v.role != ir::Role::kInput || pou.taskblock != 0) && v.references.empty();
+      // Callers give inputs their values and in-outs their variables, and references are made when the POU first runs.
+      // Inputs of taskblocks that are constant have theirs from the start: what ready() checked stays.
+      const bool given = v.role == ir::Role::kInOut || (v.role == ir::Role::kInput && pou.taskblock == 0);
+      f.constant = v.constant && !given && v.references.empty();
       keep(v, !v.constant && !located, f);
       f.internal = located || v.step || v.role == ir::Role::kHidden;
       layout.field[i] = builder.add(image_, std::move(f));

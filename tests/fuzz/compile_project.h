@@ -1,5 +1,5 @@
-// What follows reading, for fuzzers: declare, lower, check, generate, verify. Nothing may crash; what was compiled
-// without an error must pass the verifier.
+// What follows reading, for fuzzers: join structures, declare, lower, check, generate, verify. Nothing may crash; what
+// was compiled without an error must pass the verifier.
 //
 // In: a Project whose bodies are drawn or ST. Out: nothing; aborts when a step breaks its promise.
 #pragma once
@@ -15,6 +15,7 @@
 #include "bytecode/image.h"
 #include "core/diagnostics.h"
 #include "declare/declare.h"
+#include "declare/extended_structures.h"
 #include "frontend-ld/lower.h"
 #include "frontend-st/text.h"
 #include "ir/check.h"
@@ -22,7 +23,8 @@
 
 namespace plc::test {
 
-inline void compile_project(const plcopen::Project& project, core::Diagnostics& diagnostics) {
+inline void compile_project(plcopen::Project& project, core::Diagnostics& diagnostics) {
+  st::join_extended_structures(project);
   const std::unique_ptr<ir::Module> module = st::declare(project, {}, diagnostics);
   std::size_t declared = project.pous.size();
   for (const plcopen::Pou& pou : project.pous) declared += pou.actions.size();

@@ -98,6 +98,11 @@ TEST(Paths, NamesLeadToPlaces) {
   EXPECT_EQ(find_global(image, "LEVEL")->offset, bytecode::offset_of(s.level));
   EXPECT_EQ(find_global(image, "io.Sensor")->type, s.boolean);
   EXPECT_FALSE(find_global(image, "gvl.sensor"));
+  Image named = image;
+  named.types[named.global_type].aliases.push_back({"GVL.Sensor", 0});
+  EXPECT_EQ(find_global(named, "gvl.sensor")->offset, named.types[named.global_type].fields.front().offset);
+  named.types[named.global_type].aliases.back().global = 1'000;
+  EXPECT_FALSE(find_global(named, "gvl.sensor"));
   EXPECT_FALSE(find_global(image, "level.x"));
   EXPECT_FALSE(find_global(image, ""));
   const std::uint32_t main = image.pous[s.main].instance_type;

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "bytecode/drawn_lines.h"
 #include "compiler/compile.h"
 #include "drawings/make.h"
 #include "frontend-sfc/macro_steps.h"
@@ -166,6 +167,37 @@ TEST(Statements, HaveTheirPlacesInTheFile) {
   EXPECT_EQ(body.statements[1].end_column, 9u);
   // The text begins where its place says.
   EXPECT_LE(body.text_line, 3u);
+}
+
+TEST(Statements, HaveTheCommentsBeforeThem) {
+  core::Diagnostics diagnostics;
+  const std::string path = testing::TempDir() + "comments.st";
+  {
+    std::FILE* const file = std::fopen(path.c_str(), "w");
+    ASSERT_NE(file, nullptr);
+    std::fputs(
+        "PROGRAM Main\nVAR i : INT; END_VAR // the counter\n\n  // What it is for,\n  (* in two\n  lines. *)\n  i := i "
+        "+ 1;\n"
+        "END_PROGRAM\n// Nothing of Second.\nPROGRAM Second\nVAR i : INT; END_VAR (* a *) (* b *)\n  i := 2; // two\n"
+        "END_PROGRAM\nPROGRAM Third\nVAR i : INT; END_VAR\n// No statement.\nEND_PROGRAM\n",
+        file);
+    std::fclose(file);
+  }
+  const auto project = compiler::read_project(path, diagnostics);
+  ASSERT_TRUE(project);
+  const Drawings drawings = drawings::make(*project, diagnostics);
+  ASSERT_EQ(drawings.bodies.size(), 2u) << "Third has none";
+  const DrawnBody& main = drawings.bodies[0];
+  EXPECT_EQ(main.text, "  // What it is for,\n  (* in two\n  lines. *)\n  i := i + 1;");
+  EXPECT_EQ(main.text_line, 4u);
+  EXPECT_EQ(main.text_column, 1u);
+  ASSERT_EQ(main.statements.size(), 1u);
+  EXPECT_EQ(main.statements[0].line, 7u);
+  EXPECT_EQ(main.statements[0].column, 3u);
+  EXPECT_EQ(bytecode::DrawnLines(main).name_at(7, 8), "i");
+  const DrawnBody& second = drawings.bodies[1];
+  EXPECT_EQ(second.text, "i := 2; // two") << "what stands behind declarations is about those";
+  EXPECT_EQ(second.text_line, 12u);
 }
 
 }  // namespace

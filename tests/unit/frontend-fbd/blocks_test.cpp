@@ -24,6 +24,10 @@ constexpr const char* kOthers =
     "ACTION Tank.Fill level := level + rate; END_ACTION\n"
     "ACTION Main.Twice n := n * 2; END_ACTION\n"
     "FUNCTION Minus : INT VAR_INPUT a : INT := 10; b : INT := 4; END_VAR Minus := a - b; END_FUNCTION\n"
+    "FUNCTION Larger : INT VAR_IN_OUT CONSTANT x, y : INT; END_VAR Larger := MAX(x, y); END_FUNCTION\n"
+    "FUNCTION Total : INT VAR_IN_OUT CONSTANT v : ARRAY [1..3] OF INT; END_VAR Total := v[1] + v[2] + v[3]; "
+    "END_FUNCTION\n"
+    "VAR_GLOBAL CONSTANT Fixed : INT := 7; Row : ARRAY [1..3] OF INT := [3, 4, 1]; END_VAR\n"
     "FUNCTION Swap : INT VAR_IN_OUT x, y : INT; END_VAR Swap := x; x := y; y := Swap; END_FUNCTION\n";
 
 // ---- pins ---------------------------------------------------------------------------------------------------------
@@ -60,6 +64,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Pins{"StandardResultOfAnyName", "SUB", "IN1:=n IN2:=m", "whatever=>sum", "", "7"},
                     Pins{"ExtensibleTakesThePinsThatAreWired", "ADD", "IN1:=n IN2 IN3:=m", "OUT=>sum", "", "11"},
                     Pins{"ExtensibleNeedsTwo", "ADD", "IN1:=n IN2 IN3", "OUT=>sum", "P3010", nullptr},
+                    Pins{"SelectionMayEndEarly", "MUX", "K:=m IN0:=1 IN1:=3 IN2:=5 IN3", "OUT=>sum", "", "5"},
+                    Pins{"SelectionCountsItsPins", "MUX", "K:=m IN0:=1 IN1 IN2:=5", "OUT=>sum", "P3010", nullptr},
+                    Pins{"SelectionNeedsItsNumber", "MUX", "K IN0:=1 IN1:=3 IN2:=5", "OUT=>sum", "P3010", nullptr},
                     Pins{"StandardNeedsAll", "SUB", "IN1:=n IN2", "OUT=>sum", "P3010", nullptr},
                     Pins{"StandardWithTooFewDrawn", "SUB", "IN1:=n", "OUT=>sum", "P3010", nullptr},
                     Pins{"ProjectByName", "Minus", "b:=n a:=m", "Minus=>sum", "", "-7"},
@@ -163,6 +170,26 @@ TEST(InOut, OfAFunction) {
   s.block(3, "Swap", "", "Swap=>sum", "x=1 y=2");
   Diagram d(kVariables, s, kOthers);
   EXPECT_EQ(d.scan("n=1 m=2", "n m sum"), "2 1 1");
+}
+
+TEST(InOut, ThatIsConstantTakesValues) {
+  Sketch s;
+  s.in(1, "n + 1");
+  s.in(2, "Fixed");
+  s.block(3, "Larger", "", "Larger=>sum", "x=1 y=2");
+  s.block(4, "Larger", "", "Larger=>seen", "x:=5 y=3");
+  s.in(5, "Row");
+  s.block(6, "Total", "", "Total=>m", "v=5");
+  Diagram d(kVariables, s, kOthers);
+  EXPECT_EQ(d.codes(), "") << d.message();
+  EXPECT_EQ(d.scan("n=5", "sum seen m"), "7 7 8");
+  EXPECT_EQ(d.scan("n=9", "sum seen m"), "10 10 8");
+  Sketch variable;
+  variable.in(1, "list");
+  variable.block(2, "Total", "", "Total=>sum", "v=1");
+  Diagram itself(kVariables, variable, kOthers);
+  EXPECT_EQ(itself.scan("list[1]=20 list[3]=1", "sum"), "21");
+  EXPECT_EQ(itself.hidden().find("constant"), std::string::npos) << "a variable that is an array is not copied";
 }
 
 // ---- functions of several outputs, bounds -------------------------------------------------------------------------
@@ -281,6 +308,22 @@ INSTANTIATE_TEST_SUITE_P(
                             s.block(4, "Bump bump", "", "", "IO=3");
                           },
                           "P3012", "is wired to a part of a variable"},
+                    Wrong{"InOutThatIsNegated",
+                          [](Sketch& s) {
+                            s.in(3, "n");
+                            s.block(4, "Bump bump", "", "", "!IO=3");
+                          },
+                          "P3012", "has a negation, an edge or a storage"},
+                    Wrong{"ConstantInOutWithoutAWire", [](Sketch& s) { s.block(3, "Larger", "", "", "x=1 y"); },
+                          "P3012", "is not wired"},
+                    Wrong{"NegatedJumpWithoutAWire",
+                          [](Sketch& s) {
+                            s.jump(3, "over").negated = true;
+                            s.label(4, "over");
+                          },
+                          "P3014", "jump has a negation, an edge or a storage, and is not connected"},
+                    Wrong{"ReturnAtAnEdgeWithoutAWire", [](Sketch& s) { s.ret(3).edge = plcopen::Edge::kRising; },
+                          "P3014", "return has a negation, an edge or a storage, and is not connected"},
                     Wrong{"InOutOfAnotherType", [](Sketch& s) { s.block(3, "Bump bump", "", "", "IO=2"); }, "P3007",
                           "has type INT, the variable wired to it has type REAL"},
                     Wrong{"InOutWiredToItself", [](Sketch& s) { s.block(3, "Bump bump", "", "", "IO=3.IO"); }, "P3012",

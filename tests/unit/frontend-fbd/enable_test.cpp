@@ -120,6 +120,17 @@ TEST(Enable, MayBeATextAtThePin) {
 
 // ---- ENO ----------------------------------------------------------------------------------------------------------
 
+TEST(Enable, EnoHasTheModifiersOfItsPin) {
+  Enabled negated("ADD", "IN1:=n IN2:=1", "OUT !ENO", {{"ENO", "good"}});
+  EXPECT_EQ(negated.scan("A=1", "good"), "0");
+  EXPECT_EQ(negated.scan("A=0", "good"), "1");
+  Enabled edge("Own mine", "x:=n", "^ENO last", {{"ENO", "good"}});
+  EXPECT_EQ(edge.scan("A=1 n=6", "good"), "1");
+  EXPECT_EQ(edge.scan("n=6", "good"), "0");
+  EXPECT_EQ(edge.scan("n=1", "good"), "0");
+  EXPECT_EQ(edge.scan("n=6", "good"), "1");
+}
+
 TEST(Eno, IsFalseAfterAnEventAndTheResultIsWritten) {
   Enabled d("DIV", "IN1:=n IN2:=m", "OUT ENO", {{"OUT", "sum"}, {"ENO", "good"}});
   EXPECT_EQ(d.scan("A=1 n=8 m=2", "sum good"), "4 1");

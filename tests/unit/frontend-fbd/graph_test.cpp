@@ -131,6 +131,19 @@ TEST(Graph, WithTypesAForeignNameOfABlockWithSeveralOutputsIsReported) {
   EXPECT_EQ(g.codes(), "P3002");
 }
 
+TEST(Graph, PowerOfABlockWithoutEnoIsItsFirstBoolOutput) {
+  Sketch s;
+  s.block(1, "Pair f", "", "n done");
+  s.coil(2, "a", "1");
+  s.out(3, "m", "1");
+  Diagram types("f : Pair;", Sketch(),
+                "FUNCTION_BLOCK Pair VAR_OUTPUT n : INT; done : BOOL; END_VAR n := 1; END_FUNCTION_BLOCK");
+  const Built g(s.body(), types);
+  EXPECT_EQ(g.into(2), "=1.done");
+  EXPECT_EQ(g.into(3), "=1.n");
+  EXPECT_EQ(g.codes(), "P3002 P3002");
+}
+
 // ---- what the file leaves out -------------------------------------------------------------------------------------
 
 TEST(Graph, PinsThatAreNotListedComeFromTheType) {

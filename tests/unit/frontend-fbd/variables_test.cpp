@@ -233,6 +233,22 @@ TEST(Jump, OfADiagramTakesItsConditionFromAWire) {
   EXPECT_EQ(d.scan("A=1", "Y Z"), "1 2");
 }
 
+TEST(Jump, AndReturnMayBeNegated) {
+  Sketch s;
+  s.in(1, "A");
+  s.jump(2, "L", "1").negated = true;
+  s.in(3, "1");
+  s.out(4, "Y", "3");
+  s.label(5, "L");
+  s.in(6, "A");
+  s.ret(7, "6").negated = true;
+  s.in(8, "2");
+  s.out(9, "Z", "8");
+  Diagram d("A : BOOL; Y, Z : INT;", s);
+  EXPECT_EQ(d.scan("A=0", "Y Z"), "0 0");
+  EXPECT_EQ(d.scan("A=1", "Y Z"), "1 2");
+}
+
 // ---- what is reported ---------------------------------------------------------------------------------------------
 
 struct Wrong {

@@ -31,6 +31,15 @@ TEST(Literals, TakeTheTypeOfWhatTheyMeet) {
   EXPECT_EQ(l.scan("", "b u r t i"), "1 200 5 10000000 7");
 }
 
+TEST(Literals, TakeTheTypeOfTheAccumulatorNegatedAndInBrackets) {
+  Listed l("w, a, b, c, d, e, f : WORD;",
+           "LD w\nXORN 16#FF\nST a\nLD w\nANDN 16#FF\nST b\nLDN 16#FF\nST c\nLD w\nAND( 16#FF\nOR 1\n)\nST d\n"
+           "LD w\nANDN( 16#FF\nOR 1\n)\nST e\nLD w\nANDN( 16#FF\n)\nST f");
+  EXPECT_EQ(l.scan("w=4660", "a b c d e f"), "60724 4608 65280 52 4608 4608");
+  // What a comparison makes of literals does not have the type that was there before the bracket.
+  EXPECT_EQ(Listed("q : BOOL;", "LD TRUE\nAND( 5\nADD 2\nGT 3\n)\nST q").scan("", "q"), "1");
+}
+
 TEST(Literals, ThatDoNotFitAreRefused) { EXPECT_EQ(Listed("u : USINT;", "LD 300\nST u").codes(), "P4107"); }
 
 TEST(Store, WidensLikeTexts) {

@@ -27,6 +27,18 @@ std::string items(const ir::Variable& v) {
   return out;
 }
 
+TEST(DeclareTypes, TextsInBracketsOfStringsByAnotherName) {
+  World w;
+  w.project.data_types = {data_type("Name", string_of("20"))};
+  plcopen::InitialValue typed = list({simple("pump")});
+  typed.text = "[pump]";
+  w.program("P", {variable("n", named("Name"), Section::kLocal, typed),
+                  variable("a", array_of(named("Name"), {{"0", "0"}}), Section::kLocal, list({simple("'x'")}))});
+  ir::Module& m = w.declare_cleanly();
+  EXPECT_EQ(items(var(m, "P", "n")), "=[pump] ");
+  EXPECT_EQ(items(var(m, "P", "a")), "0.=x ");
+}
+
 TEST(DeclareTypes, AnyOrderAndNested) {
   World w;
   w.project.data_types = {
@@ -116,6 +128,31 @@ TEST(DeclareTypes, StubsForMissingTypes) {
   EXPECT_TRUE(lower_statements("log(IN := x); log.Q := TRUE;", at_line(3), b));
   EXPECT_EQ(w.count(Code::P4015), 1u) << w.rendered();
   EXPECT_EQ(w.diagnostics.error_count(), 0u) << w.rendered();
+}
+
+TEST(DeclareTypes, StubsThatGiveReferencesAreNotFollowed) {
+  World w;
+  plcopen::Pou old = pou("Old", plcopen::PouKind::kFunction, {});
+  old.return_type.kind = TypeSpec::Kind::kReferenceTo;
+  old.return_type.base = std::make_shared<TypeSpec>(named("INT"));
+  w.project.pous = {old};
+  w.program("P", {variable("a", named("INT"))});
+  ir::Module& m = w.declare_cleanly();
+  m.pous[0].stub = true;
+  ir::Builder b(m, 1, w.diagnostics);
+  EXPECT_TRUE(lower_statements("a := Old() + 1;", at_line(1), b)) << w.rendered();
+  EXPECT_EQ(w.count(Code::P4015), 1u) << w.rendered();
+  const auto& places = m.pous[1].body.places;
+  EXPECT_TRUE(std::none_of(places.begin(), places.end(),
+                           [](const ir::Place& place) { return place.kind == ir::Place::Kind::kDeref; }));
+}
+
+TEST(DeclareInitialValues, OperatorsThatComputeNoConstant) {
+  World w;
+  w.program("P", {variable("c", named("BOOL"), Section::kLocal, simple("TRUE AND_THEN FALSE"))});
+  w.declare_all();
+  EXPECT_EQ(w.diagnostics.error_count(), 1u) << w.rendered();
+  EXPECT_NE(w.rendered().find("operator does not take these values"), std::string::npos) << w.rendered();
 }
 
 TEST(DeclareInitialValues, EveryForm) {

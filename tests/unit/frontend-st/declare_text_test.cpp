@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "declare/declare.h"
+#include "declare/extended_structures.h"
 #include "tests/unit/frontend-st/reading.h"
 
 namespace plc::st {
@@ -89,6 +90,44 @@ TEST(DeclareText, PlacesOfWrongConstantsAreExact) {
       "  V : ARRAY [0..1] OF INT := [1, M];\n"  // 5:34
       "END_TYPE");
   EXPECT_EQ(d.places(), (Places{"2:23 P4034", "3:14 P4034", "4:25 P4034", "5:34 P4034"})) << d.rendered();
+}
+
+/// Structures that extend others are joined first.
+struct Joined : Reading {
+  std::unique_ptr<ir::Module> module;
+  explicit Joined(std::string_view text, std::size_t limit = kMaxJoined) : Reading(text) {
+    join_extended_structures(*project, limit);
+    module = declare(*project, {}, diagnostics);
+  }
+};
+
+TEST(DeclareText, LongChainsOfStructures) {
+  constexpr int kLength = 20'000;
+  std::string text = "TYPE\n";
+  for (int i = 0; i < kLength; ++i) {
+    text += "T" + std::to_string(i) + " EXTENDS " +
+            (i + 1 == kLength ? std::string("Missing") : "T" + std::to_string(i + 1)) + " : STRUCT END_STRUCT\n";
+  }
+  const Joined unknown(text + "END_TYPE");
+  EXPECT_GT(unknown.diagnostics.error_count(), 1u) << "too deep to be followed, and one is unknown";
+  const Joined known(text + "Missing : STRUCT a : INT; END_STRUCT\nEND_TYPE");
+  EXPECT_EQ(known.diagnostics.error_count(), 0u) << known.rendered().substr(0, 500);
+  EXPECT_EQ(known.module->types[*known.module->types.find("T0")].fields.size(), 1u);
+}
+
+TEST(DeclareText, WhatExtendedStructuresMayGet) {
+  // A copy of Base is its member and two members of that; one of Other a member, a dimension and three values.
+  const std::string text =
+      "TYPE Base : STRUCT s : STRUCT x, y : INT; END_STRUCT; END_STRUCT\n"
+      "Other : STRUCT a : ARRAY [0..2] OF INT := [1, 2, 3]; END_STRUCT\n"
+      "A EXTENDS Base : STRUCT END_STRUCT\n"
+      "B EXTENDS Other : STRUCT END_STRUCT\n"
+      "C EXTENDS A : STRUCT END_STRUCT END_TYPE";
+  const auto errors = [&](std::size_t limit) { return Joined(text, limit).diagnostics.error_count(); };
+  EXPECT_EQ(errors(kMaxJoined), 0u);
+  EXPECT_EQ(errors(3 + 5 + 3), 0u) << Joined(text, 11).rendered();
+  EXPECT_EQ(errors(3 + 5 + 2), 1u);
+  EXPECT_EQ(errors(2), 2u) << "what extends a structure that is refused is not refused once more";
 }
 
 }  // namespace

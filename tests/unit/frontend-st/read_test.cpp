@@ -520,6 +520,17 @@ TEST(Read, PlainDeclarationsCountWhereTheTypedOnesAreMissing) {
   EXPECT_EQ(project.pragmas.size(), 2u);
 }
 
+TEST(Read, CommentsBeforeABody) {
+  const auto lead = [](const std::string& comments) {
+    const Reading r("PROGRAM P VAR a : INT; END_VAR" + comments + "a := 1;\nEND_PROGRAM");
+    return r.project->pous.at(0).bodies.at(0).lead;
+  };
+  EXPECT_EQ(lead("  // about the variables\n  // about the body\n  "), "  // about the body\n  ");
+  EXPECT_EQ(lead(" (* about\n the variables *) // too\n"), "") << "no comment begins on a line of its own";
+  EXPECT_EQ(lead(" (* about\n the variables *)\n(* the body *)\n"), "(* the body *)\n");
+  EXPECT_EQ(lead("\n"), "");
+}
+
 TEST(Read, AHundredThousandLinesInLinearTime) {
   std::string text;
   for (int i = 0; i < 1000; ++i) {

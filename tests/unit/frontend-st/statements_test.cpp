@@ -228,6 +228,15 @@ TEST_F(StatementsTest, CaseTakesTheFirstBranchThatFits) {
             2u);
 }
 
+TEST(Case, OfEnumerationsByNumber) {
+  World w;
+  w.project.data_types = {data_type("Color", enumeration({{"Red", ""}, {"Green", "5"}}))};
+  w.program("P", {variable("e", named("Color")), variable("n", named("INT"))});
+  ir::Builder b(w.declare_cleanly(), 0, w.diagnostics);
+  EXPECT_TRUE(lower_statements("CASE e OF 0: n := 1; 5..6: n := 2; END_CASE", at_line(1), b)) << w.rendered();
+  EXPECT_FALSE(lower_statements("CASE e OF 100000: n := 1; END_CASE", at_line(2), b));
+}
+
 TEST_F(StatementsTest, CaseLabelsAreConstantAndUnique) {
   EXPECT_FALSE(lower("CASE a OF b: c := 1; END_CASE;"));
   EXPECT_FALSE(lower("CASE a OF 5..1: c := 1; END_CASE;"));
@@ -371,6 +380,17 @@ TEST_F(StatementsTest, FunctionsAreGuessedByTheTypesInTheirNames) {
   EXPECT_EQ(help("a := FLOAT_TO_INT(a);"), "did you mean \"REAL_TO_INT\"?");
   EXPECT_EQ(help("a := TO_STRNG(a);"), "did you mean \"TO_STRING\"?");
   EXPECT_EQ(help("a := LIMTI(a);"), "did you mean \"LIMIT\"?");
+}
+
+TEST_F(StatementsTest, FunctionsOfOtherToolsAreNamed) {
+  const auto help = [this](const std::string& text) {
+    EXPECT_FALSE(lower(text)) << text;
+    return world.diagnostics.all().back().help;
+  };
+  EXPECT_NE(help("a := POW(a, 2);").find("EXPT(base, exponent)"), std::string::npos);
+  EXPECT_NE(help("INC(a);").find("x := x + 1"), std::string::npos);
+  EXPECT_NE(help("memcpy(a, b, 2);").find("as a whole"), std::string::npos);
+  EXPECT_NE(help("x := RE(x);").find("R_TRIG"), std::string::npos);
 }
 
 TEST_F(StatementsTest, WritesThatAreNotAllowed) {

@@ -69,5 +69,30 @@ TEST(LintAddresses, NumbersTooMany) {
             "");
 }
 
+TEST(LintAddresses, InsideOfArrays) {
+  EXPECT_EQ(lint_statements("inside-array",
+                            "a AT %MW10 : ARRAY [0..3] OF WORD;\nb AT %MW12 : INT;\nc AT %MW14 : INT;\n"
+                            "d AT %MX2.6 : ARRAY [1..4] OF BOOL;\ne AT %MX3.1 : BOOL;\nf AT %MX3.2 : BOOL;",
+                            "b := 1; c := 2; e := TRUE; f := e; a[0] := 3; d[1] := f;"),
+            ":3 :6");
+  EXPECT_EQ(lint("none,inside-array",
+                 "VAR_GLOBAL A AT %MW0 : ARRAY [0..1, 0..4] OF INT; END_VAR\n"
+                 "PROGRAM Main VAR x : WORD; END_VAR\nx := %MW9;\nx := %MW10;\nEND_PROGRAM"),
+            ":3")
+      << "an address in a statement is a variable, too";
+  EXPECT_EQ(lint_statements("inside-array",
+                            "a AT %MW10 : ARRAY [0..3] OF WORD;\nb AT %QW11 : INT;\nc AT %MD11 : DINT;\n"
+                            "d AT %MW12.1 : WORD;\ne AT %MW10 : ARRAY [0..3] OF WORD;\ns AT %MB200 : STRING[9];",
+                            "b := 1; c := 2; d := 3; e[0] := 4;"),
+            "")
+      << "other areas, sizes, and one array under two names";
+  EXPECT_EQ(lint_statements("inside-array",
+                            "b AT %IW10 : INT;\na AT %IW10 : ARRAY [0..3] OF WORD;\nc AT %IW10 : WORD;\n"
+                            "d AT %IW12 : INT;\nx : INT;",
+                            "x := b; x := d;"),
+            ":5")
+      << "the first element under another type is the same input";
+}
+
 }  // namespace
 }  // namespace plc

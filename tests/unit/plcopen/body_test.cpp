@@ -364,6 +364,29 @@ TEST(Body, TwoLanguagesInOneBodyAreTwoBodies) {
 TEST(Body, EmptyBodyHasNoLanguage) {
   const auto r = read_clean(program(""));
   EXPECT_EQ(body_of(r).language, Language::kNone);
+  EXPECT_EQ(r.project->pous.at(0).unread, "");
+}
+
+TEST(Body, InVendorDataAloneIsNotRead) {
+  const std::string data = R"(<addData><data name="http://vendor/cfc" handleUnknown="discard"><CFC/></data></addData>)";
+  EXPECT_EQ(read_clean(program(data)).project->pous.at(0).unread, "has a body in \"cfc\", which is not read");
+  EXPECT_EQ(read_clean(program("<ST>a := 1;</ST>" + data)).project->pous.at(0).unread, "");
+  const std::string known =
+      R"(<addData><data name="http://www.3s-software.com/plcopenxml/objectid"><ObjectId>1</ObjectId></data></addData>)";
+  EXPECT_EQ(read_clean(program(known)).project->pous.at(0).unread, "");
+  EXPECT_EQ(read_text(program("<CFC/>")).project->pous.at(0).unread, "has a body in \"CFC\", which is not read");
+}
+
+TEST(Body, JumpsAndConditionsMayBeNegated) {
+  const auto jump = read_clean(program(R"(<FBD><jump localId="1" label="x" negated="true"/></FBD>)"));
+  EXPECT_TRUE(body_of(jump).elements.at(0).negated);
+  const auto chart = read_clean(program(R"(<SFC><transition localId="1"><condition negated="true">
+<connectionPointIn><connection refLocalId="3"/></connectionPointIn></condition></transition>
+<transition localId="2"><condition><reference name="c"/></condition></transition></SFC>)"));
+  ASSERT_EQ(body_of(chart).elements.size(), 2u);
+  EXPECT_TRUE(body_of(chart).elements[0].chart->negated);
+  EXPECT_TRUE(body_of(chart).elements[0].chart->condition.negated);
+  EXPECT_FALSE(body_of(chart).elements[1].chart->negated);
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // Lines and columns, encodings, line ends.
+#include <chrono>
+
 #include "plcopen/input_text.h"
 #include "tests/unit/plcopen/fixture.h"
 
@@ -58,6 +60,25 @@ TEST(Places, LinesOfSeveralParagraphsStayTheLinesOfTheFile) {
   EXPECT_EQ(body_of(r).text, "one;\ntwo;\n\nthree;");
 }
 
+TEST(Places, ParagraphsAndBreaksAreLinesWhereTheFileHasNone) {
+  const auto text = [](const std::string& st) { return body_of(read_clean(program("<ST>" + st + "</ST>"))).text; };
+  EXPECT_EQ(text("<xhtml:p>a; // one</xhtml:p><xhtml:p>b;</xhtml:p>"), "a; // one\nb;");
+  EXPECT_EQ(text("<xhtml:p>a; // one<xhtml:br/>b;<xhtml:br/>\nc;</xhtml:p>"), "a; // one\nb;\nc;");
+  EXPECT_EQ(text("<xhtml:div>a;</xhtml:div> <xhtml:div> b;</xhtml:div>"), "a;\n  b;");
+  EXPECT_EQ(text("<xhtml:p><xhtml:b>a</xhtml:b> <xhtml:i>:=</xhtml:i> 1;</xhtml:p>"), "a := 1;");
+  EXPECT_EQ(text("<xhtml:p/><xhtml:p>a;</xhtml:p><xhtml:p/>"), "a;");
+}
+
+TEST(Places, BreaksBetweenBlanksTakeLinearTime) {
+  std::string text = "a;";
+  for (int i = 0; i < 200'000; ++i) text += "<xhtml:br/> ";
+  const auto begin = std::chrono::steady_clock::now();
+  const auto r = read_clean(program("<ST><xhtml:p>" + text + "b;</xhtml:p></ST>"));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_EQ(body_of(r).text, "a;\n" + std::string(200'000, ' ') + "b;");
+  EXPECT_LT(took.count(), 10.0);
+}
+
 TEST(Places, CarriageReturnsAndByteOrderMark) {
   std::string xml = ladder(
       "\n  <coil localId=\"1\"><variable>a</variable></coil>\n<coil localId=\"2\"><variable>b</variable></coil>");
@@ -97,6 +118,7 @@ TEST(Places, TextsJumpAfterEntitiesSectionsAndLoneReturns) {
   EXPECT_EQ(jumps("a<!-- x\n -->b"), "5:1>6:5");
   EXPECT_EQ(jumps("a\rb"), "5:2>5:3");
   EXPECT_EQ(jumps("a<xhtml:b>c</xhtml:b>"), "5:1>5:11");
+  EXPECT_EQ(jumps("a<xhtml:br/>b"), "5:1>5:12 5:12>5:13");
 }
 
 TEST(Places, ValuesOfAttributesHavePlacesOfTheirOwn) {

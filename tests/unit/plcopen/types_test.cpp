@@ -42,6 +42,50 @@ TEST(Types, ArrayOfArrayOfStruct) {
   EXPECT_EQ(record.members[1].name, "y");
 }
 
+/// Lists in brackets, members with their names, repetitions before `x`.
+std::string shown(const InitialValue& value) {
+  std::string text = value.member.empty() ? "" : value.member + "=";
+  if (!value.repetition.empty()) text += value.repetition + "x";
+  if (value.kind == InitialValue::Kind::kSimple) return text + value.text;
+  if (value.kind == InitialValue::Kind::kNone) return text;
+  text += value.kind == InitialValue::Kind::kArray ? "[" : "(";
+  for (const InitialValue& one : value.values) text += (&one == value.values.data() ? "" : " ") + shown(one);
+  return text + (value.kind == InitialValue::Kind::kArray ? "]" : ")");
+}
+
+TEST(Types, ListsInOneSimpleValueAreLists) {
+  const auto value = [](const std::string& text, const std::string& type = "<derived name=\"T\"/>") {
+    return shown(only_variable(variable_of("<type>" + type + "</type><initialValue><simpleValue value=\"" + text +
+                                           "\"/></initialValue>"))
+                     .initial);
+  };
+  EXPECT_EQ(value("[1, 2(4) ,-3]"), "[1 2x4 -3]");
+  EXPECT_EQ(value("[[1,2],N([3])]"), "[[1 2] Nx[3]]");
+  EXPECT_EQ(value("[]"), "[]");
+  EXPECT_EQ(value("[2(), (1 + 2) * 3]"), "[2x (1 + 2) * 3]");
+  EXPECT_EQ(value("(x := 1, s := '],$'', y := [(z:=2)])"), "(x=1 s='],$'' y=[(z=2)])");
+  // No lists, or broken ones: what was typed is kept.
+  EXPECT_EQ(value("(1 + 2)"), "(1 + 2)");
+  EXPECT_EQ(value("(1) + (2)"), "(1) + (2)");
+  EXPECT_EQ(value("[1, 2"), "[1, 2");
+  EXPECT_EQ(value("[1,]"), "[1,]");
+  EXPECT_EQ(value("[a]", "<string/>"), "[a]");
+  EXPECT_EQ(value(std::string(100, '[') + std::string(100, ']')), std::string(100, '[') + std::string(100, ']'));
+}
+
+TEST(Types, TextsOfListsAreKept) {
+  const auto value = [](const std::string& text) {
+    return only_variable(variable_of("<type><derived name=\"T\"/></type><initialValue><simpleValue value=\"" + text +
+                                     "\"/></initialValue>"))
+        .initial;
+  };
+  EXPECT_EQ(value("[pump]").kind, InitialValue::Kind::kArray);
+  EXPECT_EQ(value("[pump]").text, "[pump]") << "T may be a string";
+  std::string many = "[0";
+  for (int i = 0; i < 1'000'000; ++i) many += ",0";
+  EXPECT_EQ(value(many + "]").kind, InitialValue::Kind::kSimple) << "more values than are made of one text";
+}
+
 TEST(Types, EnumAndSubrangeDataTypes) {
   const auto r = read_clean(tc6(
       R"(<dataTypes><dataType name="Color"><baseType><enum><values><value name="Red"/><value name="Green" value="5"/></values>
