@@ -204,6 +204,13 @@ Outcome check_certificate(const Context& c) {
   if (auto outcome = without(c, engineering_server(c))) return *outcome;
   const io::Configuration& configuration = c.subject.configuration;
   const io::EngineeringConfig& config = engineering_of(c);
+  if (config.certificate.text.empty() != config.key.text.empty()) {
+    Outcome outcome =
+        wrong(config.key.text.empty() ? "`certificate` is given without `key`" : "`key` is given without `certificate`",
+              "give both under [engineering], or neither: then plc-run makes its own");
+    outcome.found[0].code = core::Code::P7306;
+    return outcome;
+  }
   if (config.certificate.text.empty()) return fine("plc-run makes its own when it needs one");
   const auto real = [&](const std::string& name) { return c.system.real(c.system.named(configuration, name)); };
   const auto read = engineering::read_certificate(real(config.certificate.text), real(config.key.text));

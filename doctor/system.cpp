@@ -50,7 +50,38 @@ System::System(std::string root, Calls calls) : root_(std::move(root)), calls_(s
   while (!root_.empty() && root_.back() == '/') root_.pop_back();
 }
 
-std::string System::real(const std::string& path) const { return path.starts_with('/') ? root_ + path : path; }
+std::string System::resolved(const std::string& path, bool last) const {
+  if (!path.starts_with('/') || root_.empty()) return path;
+  namespace fs = std::filesystem;
+  constexpr int kMostLinks = 40;  // as the kernel has it
+  fs::path inside;                // without links, from the root
+  std::vector<fs::path> rest;     // the next one is the last
+  const auto add = [&rest](const fs::path& names) {
+    const auto at = static_cast<std::ptrdiff_t>(rest.size());
+    for (const fs::path& name : names.relative_path()) rest.push_back(name);
+    std::reverse(rest.begin() + at, rest.end());
+  };
+  add(path);
+  for (int links = 0; !rest.empty();) {
+    const fs::path name = rest.back();
+    rest.pop_back();
+    if (name.empty() || name == ".") continue;
+    if (name == "..") {
+      inside = inside.parent_path();  // that of the root is the root
+      continue;
+    }
+    std::error_code none;
+    const fs::path to = last || !rest.empty() ? fs::read_symlink(root_ / inside / name, none) : fs::path();
+    if (to.empty()) {
+      inside /= name;
+      continue;
+    }
+    if (++links > kMostLinks) return {};
+    if (to.is_absolute()) inside.clear();
+    add(to);
+  }
+  return root_ + "/" + inside.string();
+}
 
 std::string System::named(const io::Configuration& configuration, const std::string& name) const {
   if (name.empty() || name.starts_with('/')) return name;
@@ -109,7 +140,7 @@ std::optional<FileFacts> System::facts(const std::string& path) const {
 
 std::string System::link(const std::string& path) const {
   char to[PATH_MAX];
-  const ssize_t count = ::readlink(real(path).c_str(), to, sizeof to);
+  const ssize_t count = ::readlink(resolved(path, false).c_str(), to, sizeof to);
   return count > 0 ? std::string(to, static_cast<std::size_t>(count)) : std::string{};
 }
 

@@ -44,8 +44,9 @@ struct Calls {
   bool devices = false;  ///< kinds of drivers may ask the kernel of this machine for theirs (DriverType::check_device)
 };
 
-/// All paths are those of the machine: absolute ones begin at the root. Relative ones are files given to the doctor, as
-/// seen from where it runs. Not RT. Any thread.
+/// All paths are those of the machine: absolute ones begin at the root, and so do the symbolic links on their way;
+/// nothing leads out of it. Relative ones are files given to the doctor, as seen from where it runs. Not RT. Any
+/// thread.
 class System {
  public:
   /// This machine.
@@ -67,12 +68,16 @@ class System {
   [[nodiscard]] std::optional<Space> space(const std::string& path) const;
 
   [[nodiscard]] const Calls& calls() const { return calls_; }
-  /// Where the file is for this process.
-  [[nodiscard]] std::string real(const std::string& path) const;
+  /// Where the file is for this process, and in a folder of files without symbolic links; empty when those go in a
+  /// circle.
+  [[nodiscard]] std::string real(const std::string& path) const { return resolved(path, true); }
   /// The path here of a file that plc.toml names; empty stays empty.
   [[nodiscard]] std::string named(const io::Configuration& configuration, const std::string& name) const;
 
  private:
+  /// As real(). `last`: a link at its end is followed, too.
+  [[nodiscard]] std::string resolved(const std::string& path, bool last) const;
+
   std::string root_;  ///< without a slash at its end: empty for this machine
   Calls calls_;
 };

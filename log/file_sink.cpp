@@ -35,7 +35,7 @@ class FileSink::Writer {
       return;
     }
     bytes_ += line.size();
-    lines_.push_back(std::move(line));
+    lines_.push_back({std::move(line), record});
     changed_.notify_all();
   }
 
@@ -71,7 +71,7 @@ class FileSink::Writer {
       {
         const std::lock_guard lock(mutex_);
         if (lines_.empty()) break;
-        line = lines_.front();
+        line = lines_.front().bytes;
       }
       if (!open()) break;
       if (size_ != 0 && size_ + line.size() > options_.size) rotate();
@@ -86,6 +86,16 @@ class FileSink::Writer {
   [[nodiscard]] std::string problem() const {
     const std::lock_guard lock(mutex_);
     return problem_;
+  }
+
+  std::vector<Record> take_unshown(core::Severity least) {
+    const std::lock_guard lock(mutex_);
+    return take_unshown_of(lines_, least);
+  }
+
+  [[nodiscard]] std::uint64_t lost() const {
+    const std::lock_guard lock(mutex_);
+    return lost_;
   }
 
  private:
@@ -188,7 +198,7 @@ class FileSink::Writer {
   const FileOptions options_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::string> lines_;
+  std::deque<Waiting> lines_;
   std::size_t bytes_ = 0;
   std::uint64_t lost_ = 0;
   std::string problem_;  ///< of the last attempt: the next one is in a second
@@ -223,5 +233,9 @@ void FileSink::stop(core::TimeNs patience_ns) {
 }
 
 std::string FileSink::problem() const { return writer_->problem(); }
+
+std::vector<Record> FileSink::take_unshown(core::Severity least) { return writer_->take_unshown(least); }
+
+std::uint64_t FileSink::lost() const { return writer_->lost(); }
 
 }  // namespace plc::log

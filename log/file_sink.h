@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "log/sink.h"
 
@@ -38,6 +39,8 @@ class FileSink final : public Sink {
   void flush() override {}
   void stop(core::TimeNs patience_ns) override;
   [[nodiscard]] std::string problem() const override;
+  std::vector<Record> take_unshown(core::Severity least) override;
+  [[nodiscard]] std::uint64_t lost() const override;
 
  private:
   class Writer;

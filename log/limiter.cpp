@@ -57,6 +57,7 @@ std::vector<Record> Limiter::sums(core::TimeNs now_ns, core::TimeNs utc_ns, bool
       sum.text += fmt::format(" ({} {} more in {})", message.held, message.held == 1 ? "time" : "times",
                               seconds_text(now_ns - message.begin_ns));
       sum.details.clear();
+      sum.shown = false;
       said.push_back(std::move(sum));
       message.held = 0;
       message.begin_ns = now_ns;  // what goes on repeating is summed up again

@@ -25,8 +25,19 @@ void Log::write(Record record) {
 }
 
 void Log::emit(const Record& record) {
-  sink_->write(record);
+  if (!problem_.empty() && !record.shown && record.severity >= core::Severity::kWarning) {
+    Record shown = record;
+    shown.shown = true;
+    aside_ << text_line(record);
+    sink_->write(shown);
+  } else {
+    sink_->write(record);
+  }
   if (tell_) tell_(record);
+}
+
+void Log::show_waiting(core::Severity least) {
+  for (const Record& record : sink_->take_unshown(least)) aside_ << text_line(record);
 }
 
 void Log::service() {
@@ -43,11 +54,22 @@ void Log::stop(core::TimeNs patience_ns) {
   for (const Record& sum : limiter_.sums(clock_.now_ns(), calendar_.utc_ns(), true)) emit(sum);
   sink_->stop(patience_ns);
   look_at_sink();
+  show_waiting(options_.level);
+  if (const std::uint64_t lost = sink_->lost(); lost != 0) {
+    Record record;
+    record.utc_ns = calendar_.utc_ns();
+    record.severity = core::Severity::kWarning;
+    record.text = fmt::format("{} messages are lost: {} could not be written in time", lost, name_);
+    aside_ << text_line(record);
+  }
 }
 
 void Log::look_at_sink() {
   std::string problem = sink_->problem();
-  if (problem == problem_) return;
+  if (problem == problem_) {
+    if (!problem_.empty()) show_waiting(core::Severity::kWarning);
+    return;
+  }
   Record record;
   record.utc_ns = calendar_.utc_ns();
   record.severity = problem.empty() ? core::Severity::kNote : core::Severity::kWarning;
@@ -56,6 +78,8 @@ void Log::look_at_sink() {
                                               core::info(core::Code::P7620).name, name_, problem);
   aside_ << text_line(record);
   problem_ = std::move(problem);
+  // Also what was written to the sink before that was known.
+  if (!problem_.empty()) show_waiting(core::Severity::kWarning);
 }
 
 }  // namespace plc::log

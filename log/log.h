@@ -1,8 +1,9 @@
 // Log: what a plant that runs says, from whoever says it to where the operator looks.
 //
 // In: records. Out: those of the level that is asked for, not too often, through one sink. When the sink cannot write,
-// that is said on stderr, and again when it can. Threads: the owner's; a cycle reaches the operator through rings that
-// the owner empties. Does not belong here: who says what, command lines.
+// that is said on stderr, and again when it can; meanwhile warnings and errors are written there as well, and at the
+// end all that the sink has not written. Threads: the owner's; a cycle reaches the operator through rings that the
+// owner empties. Does not belong here: who says what, command lines.
 #pragma once
 
 #include <functional>
@@ -34,12 +35,14 @@ class Log {
   void write(Record record);
   /// About every 20 ms: sums, what waits, what has become of the sink.
   void service();
-  /// The end: all sums, and at most this time for what waits.
+  /// The end: all sums, and at most this time for what waits. What is not written by then goes to `aside`.
   void stop(core::TimeNs patience_ns);
 
  private:
   void look_at_sink();
   void emit(const Record& record);
+  /// Writes to `aside` what waits in the sink and is shown nowhere.
+  void show_waiting(core::Severity least);
 
   Options options_;
   std::unique_ptr<Sink> sink_;

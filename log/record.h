@@ -22,6 +22,7 @@ struct Record {
   std::string details;  ///< further lines, as they are printed, without a line feed at the end
   std::optional<std::uint64_t> scan{};  ///< of the task, counted from 0
   core::TimeNs utc_ns = 0;              ///< since 1970-01-01
+  bool shown = false;                   ///< is on stdout or stderr already, whether or not the log can be written
 };
 
 /// "error", "warning", "note".

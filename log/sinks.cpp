@@ -49,13 +49,13 @@ class JournalSink final : public Sink {
       return;
     }
     bytes_ += datagram.size();
-    waiting_.push_back(std::move(datagram));
+    waiting_.push_back({std::move(datagram), record});
     flush();
   }
 
   void flush() override {
-    while (!waiting_.empty() && send(waiting_.front())) {
-      bytes_ -= waiting_.front().size();
+    while (!waiting_.empty() && send(waiting_.front().bytes)) {
+      bytes_ -= waiting_.front().bytes.size();
       waiting_.pop_front();
     }
     if (!waiting_.empty() || lost_ == 0) return;
@@ -68,6 +68,9 @@ class JournalSink final : public Sink {
   [[nodiscard]] std::string problem() const override {
     return error_ == 0 ? std::string() : std::string(std::strerror(error_));
   }
+
+  std::vector<Record> take_unshown(core::Severity least) override { return take_unshown_of(waiting_, least); }
+  [[nodiscard]] std::uint64_t lost() const override { return lost_; }
 
  private:
   static constexpr std::size_t kMostWaiting = 1'048'576;
@@ -93,7 +96,7 @@ class JournalSink final : public Sink {
   int fd_;
   sockaddr_un address_{};
   bool too_long_ = false;
-  std::deque<std::string> waiting_;
+  std::deque<Waiting> waiting_;
   std::size_t bytes_ = 0;
   std::uint64_t lost_ = 0;
   int error_ = 0;

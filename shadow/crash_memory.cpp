@@ -239,8 +239,11 @@ void read_blocks(int directory, std::size_t task, std::vector<LeftBlock>& blocks
 
 std::string CrashMemory::folder_of(const std::string& state) {
   std::error_code error;
-  const fs::path whole = fs::weakly_canonical(state, error);
-  const std::string path = error ? state : whole.string();
+  // WHY absolute: of a relative path that is not there weakly_canonical() makes no whole one.
+  const fs::path from_root = fs::absolute(state, error);
+  const fs::path whole = error ? fs::path(state) : fs::weakly_canonical(from_root, error);
+  std::string path = error ? from_root.string() : whole.string();
+  while (path.size() > 1 && path.ends_with('/')) path.pop_back();
   return fmt::format("/dev/shm/{}{}-{:016x}", kPrefix, ::geteuid(), XXH3_64bits(path.data(), path.size()));
 }
 

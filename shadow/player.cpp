@@ -4,6 +4,8 @@
 #include <cstring>
 #include <utility>
 
+#include "runtime/sched/task.h"
+
 namespace plc::shadow {
 
 core::Result<std::unique_ptr<Player>> Player::make(const RecordFile& file, core::Diagnostics& diagnostics) {
@@ -40,6 +42,53 @@ std::optional<core::TimeNs> Player::end_ns() const {
   return end;
 }
 
+core::TimeNs Player::time_of(const Task& task, const runtime::RecordHead& head) const {
+  if (!count_releases_ || head.now_ns < head.start_ns) return head.now_ns;
+  return head.start_ns + (head.now_ns - head.start_ns) / task.grid_ns * task.grid_ns;
+}
+
+void Player::count_releases() {
+  const bytecode::Image& image = replicas_->resource().image();
+  // An event task is released by what others write: in the instants of the fastest of them.
+  std::optional<core::TimeNs> shortest_ns;
+  for (const bytecode::ImageTask& task : image.tasks) {
+    if (!task.single.empty()) continue;
+    const core::TimeNs grid_ns = runtime::grid_period(task);
+    shortest_ns = std::min(shortest_ns.value_or(grid_ns), grid_ns);
+  }
+  count_releases_ = true;
+  for (std::size_t t = 0; t < tasks_.size(); ++t) {
+    Task& task = tasks_[t];
+    const core::TimeNs own_ns = runtime::grid_period(image.tasks[t]);
+    task.grid_ns = image.tasks[t].single.empty() ? own_ns : shortest_ns.value_or(own_ns);
+    if (task.record.empty()) continue;
+    runtime::RecordHead head;
+    std::memcpy(&head, task.record.data(), sizeof head);
+    task.now_ns = time_of(task, head);
+  }
+}
+
+std::optional<core::TimeNs> Player::missing_from_ns() {
+  std::optional<core::TimeNs> missing;
+  for (std::size_t t = 0; t < tasks_.size(); ++t) {
+    const Task& task = tasks_[t];
+    const bytecode::ImageTask& declared = replicas_->resource().image().tasks[t];
+    if (!declared.single.empty() || declared.period_ns <= 0 || task.blocks.empty()) continue;
+    const auto block = file_.load(*task.blocks.back());
+    if (!block) continue;
+    runtime::RecordHead last;
+    for_each_record(block->records, [&last](std::span<const std::byte> one) {
+      std::memcpy(&last, one.data(), sizeof last);
+      return true;
+    });
+    // A task that was stopped has no further scans to miss.
+    if ((last.flags & (runtime::kFaulted | runtime::kCut | runtime::kRevoked)) != 0) continue;
+    const core::TimeNs next_ns = time_of(task, last) + declared.period_ns;
+    missing = std::min(missing.value_or(next_ns), next_ns);
+  }
+  return missing;
+}
+
 void Player::advance(Task& task) {
   for (;;) {
     task.record = {};
@@ -64,7 +113,7 @@ void Player::advance(Task& task) {
   }
   runtime::RecordHead head;
   std::memcpy(&head, task.record.data(), sizeof head);
-  task.now_ns = head.now_ns;
+  task.now_ns = time_of(task, head);
   task.at += task.record.size();
 }
 

@@ -36,6 +36,11 @@ class Player {
   /// Time of the first and of the last recorded scan, of all tasks; nothing without one.
   [[nodiscard]] std::optional<core::TimeNs> begin_ns() const;
   [[nodiscard]] std::optional<core::TimeNs> end_ns() const;
+  /// From now on the time of a scan is the instant at which its task was released, not when it began: a plant begins
+  /// some microseconds later. An offset of a task is not known here; its scans count as of the instant before it.
+  void count_releases();
+  /// Instant of release from which on scans of a cyclic task are missing, because the recording ends.
+  [[nodiscard]] std::optional<core::TimeNs> missing_from_ns();
   /// Time of the scan that comes next; nothing at the end.
   [[nodiscard]] std::optional<core::TimeNs> next_ns() {
     const Task* const task = next_task();
@@ -69,16 +74,19 @@ class Player {
     Block block;
     std::size_t at = 0;                 ///< in block.records, after `record`
     std::span<const std::byte> record;  ///< that comes next; empty: there is none
-    core::TimeNs now_ns = 0;            ///< of its scan
+    core::TimeNs now_ns = 0;            ///< of its scan, or the instant of its release
     std::uint64_t next_scan = 0;
-    bool known = false;  ///< next_scan is that after the scan that was executed last
-    bool gap = false;    ///< before the next record
-    bool fresh = false;  ///< the next record is the first of its block
+    bool known = false;        ///< next_scan is that after the scan that was executed last
+    bool gap = false;          ///< before the next record
+    bool fresh = false;        ///< the next record is the first of its block
+    core::TimeNs grid_ns = 0;  ///< distance of the instants of release
   };
 
   explicit Player(const RecordFile& file) : file_(file) {}
   /// Goes on to the next record of a task; loads its block.
   void advance(Task& task);
+  /// Time of a scan of the task: see count_releases().
+  [[nodiscard]] core::TimeNs time_of(const Task& task, const runtime::RecordHead& head) const;
   /// Goes to the first record of the block.
   void go_to_block(Task& task, std::size_t block);
   /// The task whose scan comes next; null at the end.
@@ -88,6 +96,7 @@ class Player {
   std::unique_ptr<ReplicaSet> replicas_;
   std::vector<Task> tasks_;
   std::uint64_t damaged_blocks_ = 0;
+  bool count_releases_ = false;
 };
 
 }  // namespace plc::shadow

@@ -115,6 +115,8 @@ std::string wrong_count(const std::string& text) {
   return good ? std::string() : "\"" + text + "\" is not a whole number above 0";
 }
 
+std::string wrong_file_name(const std::string& text) { return text.empty() ? "a file without a name" : ""; }
+
 void add_loop_budget(Command command, runtime::ProgramOptions& options) {
   command
       .option("--loop-budget=N", options.loop_budget,

@@ -47,6 +47,8 @@ bool has_compile_options(Command command);
 
 /// What is wrong with a text that should be 1, 2, 3, .. up to 64 bits, for Flag::check().
 std::string wrong_count(const std::string& text);
+/// The same, of a text that names a file.
+std::string wrong_file_name(const std::string& text);
 
 /// Adds --loop-budget. The options must outlive the parsing.
 void add_loop_budget(Command command, runtime::ProgramOptions& options);

@@ -21,6 +21,18 @@ long status_kb(const std::string& key) {
   return 0;
 }
 
+/// Characters of a text in UTF-8: all bytes but those that go on with one.
+std::size_t characters_of(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+/// "12", "-1.5us", "3.0 %": what people compare digit by digit.
+bool is_number(std::string_view text) {
+  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+  return !text.empty() && text.front() >= '0' && text.front() <= '9';
+}
+
 }  // namespace
 
 std::string place_text(const bytecode::Image& image, std::uint32_t pou, std::uint32_t word) {
@@ -87,16 +99,27 @@ void print_link_report(const runtime::Resource& resource, std::ostream& out) {
 }
 
 void print_table(const std::vector<std::vector<std::string>>& rows, std::ostream& out) {
-  std::vector<std::size_t> widths;
+  struct Column {
+    std::size_t width = 0;
+    bool numbers = false, texts = false;  ///< below the heading
+  };
+  std::vector<Column> columns;
   for (const auto& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+    columns.resize(std::max(columns.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      columns[i].width = std::max(columns[i].width, characters_of(row[i]));
+      if (&row == &rows.front() || row[i].empty() || row[i] == "-") continue;
+      (is_number(row[i]) ? columns[i].numbers : columns[i].texts) = true;
+    }
   }
   for (const auto& row : rows) {
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) {
-      line += i == 0 ? fmt::format("{:<{}}", row[i], widths[i]) : fmt::format("  {:>{}}", row[i], widths[i]);
+      const std::string blanks(columns[i].width - characters_of(row[i]), ' ');
+      const bool right = i != 0 && columns[i].numbers && !columns[i].texts;
+      line += (i == 0 ? "" : "  ") + (right ? blanks + row[i] : row[i] + blanks);
     }
+    line.erase(line.find_last_not_of(' ') + 1);
     out << line << '\n';
   }
 }

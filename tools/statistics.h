@@ -28,7 +28,8 @@ void print_memory(std::ostream& out);
 /// Number of variables, code size and how boolean runs were linked, per task.
 void print_link_report(const runtime::Resource& resource, std::ostream& out);
 
-/// Aligned columns: the first row is the heading; the first column is left aligned, all others right aligned.
+/// Aligned columns: the first row is the heading. Columns of numbers are right aligned, but for the first one; those of
+/// texts, left aligned.
 void print_table(const std::vector<std::vector<std::string>>& rows, std::ostream& out);
 
 }  // namespace plc::tools

@@ -83,7 +83,9 @@ std::optional<int> load_taskblocks(const std::string& configuration, taskblocks:
     add_project_libraries(read, libraries, diagnostics);
   }
   if (!diagnostics.has_errors()) return std::nullopt;
-  return diagnostics.all().front().code == core::Code::P7001 ? kExitUsage : kExitErrors;
+  // What the file names is a mistake of the file.
+  const core::Diagnostic& first = diagnostics.all().front();
+  return first.code == core::Code::P7001 && first.at.line == 0 ? kExitUsage : kExitErrors;
 }
 
 }  // namespace plc::tools

@@ -51,6 +51,7 @@ class Binder {
     if (!seen.text.empty()) binding.client_seen = bind_flag("client_seen", seen, nullptr);
     check_flag("no_force", configuration_.engineering.no_force);
     check_flag("no_program", configuration_.engineering.no_program);
+    check_certificate();
     if (!binding.drivers.empty()) find_unmapped_outputs();
     return binding;
   }
@@ -181,6 +182,17 @@ class Binder {
                     fmt::format("\"{}\" has type {}, \"{}\" takes a BOOL", variable.text,
                                 type_name(image_.types[place->type]), key));
     }
+  }
+
+  /// One without the other leads to no encrypted connection.
+  void check_certificate() {
+    const Placed& certificate = configuration_.engineering.certificate;
+    const Placed& key = configuration_.engineering.key;
+    if (certificate.text.empty() == key.text.empty()) return;
+    const bool no_key = key.text.empty();
+    findings_.add(Code::P7306, no_key ? certificate.at : key.at,
+                  no_key ? "\"certificate\" is given without \"key\"" : "\"key\" is given without \"certificate\"",
+                  "give both, or neither: then plc-run makes its own");
   }
 
   std::optional<BoundChannel> bind_flag(std::string_view key, const Placed& variable, const DriverConfig* owner) {

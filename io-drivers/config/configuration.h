@@ -116,6 +116,7 @@ struct SchedulerConfig {
   core::SourceRef at;
   Priorities priorities = Priorities::kProject;
   std::optional<std::uint32_t> cpu;     ///< of tasks that name none; nothing = any
+  core::SourceRef cpu_at;               ///< where `cpu` stands
   std::optional<core::TimeNs> lead_ns;  ///< of tasks with an interval that say nothing; nothing = by default
   Placed calibration;                   ///< file, relative to plc.toml; empty = built-in times
   Unfit unfit = Unfit::kRefuse;
@@ -128,6 +129,7 @@ struct TaskConfig {
   core::SourceRef at;
   std::optional<std::uint32_t> priority;  ///< 0 is the most urgent
   std::optional<std::uint32_t> cpu;
+  core::SourceRef cpu_at;
   core::TimeNs offset_ns = 0;
   std::optional<core::TimeNs> lead_ns;       ///< nothing = as [scheduler] says
   std::optional<core::TimeNs> deadline_ns;   ///< nothing = the interval

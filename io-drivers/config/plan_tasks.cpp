@@ -36,7 +36,7 @@ class Planner {
   std::vector<TaskPlan> run(runtime::FaultPolicy on_fault) {
     std::vector<TaskPlan> plan = runtime::default_plan(image_);
     if (configuration_.scheduler.priorities == Priorities::kRateMonotonic) runtime::make_rate_monotonic(image_, plan);
-    if (configuration_.scheduler.cpu) check_cpu(*configuration_.scheduler.cpu, configuration_.scheduler.at);
+    if (configuration_.scheduler.cpu) check_cpu(*configuration_.scheduler.cpu, configuration_.scheduler.cpu_at);
     for (TaskPlan& task : plan) {
       task.on_fault = on_fault;
       if (configuration_.scheduler.cpu) task.cpu = static_cast<int>(*configuration_.scheduler.cpu);
@@ -75,7 +75,7 @@ class Planner {
   void apply(const TaskConfig& task, TaskPlan& to) {
     if (task.priority) to.priority = static_cast<std::int32_t>(*task.priority);
     if (task.cpu) {
-      check_cpu(*task.cpu, task.at);
+      check_cpu(*task.cpu, task.cpu_at);
       to.cpu = static_cast<int>(*task.cpu);
     }
     to.offset_ns = task.offset_ns;

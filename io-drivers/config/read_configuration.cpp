@@ -110,6 +110,7 @@ inline constexpr TableId kTableOf = TableId::kModbus;
 /// Puts the value where the key's row says; of a kind's own key, to its values.
 template <class T>
 void store(const Value& value, T& c) {
+  if constexpr (requires { c.cpu_at; }) c.cpu_at = value.key.name == "cpu" ? value.at : c.cpu_at;
   if constexpr (requires { c.values; }) {
     std::vector<Placed> list;
     if (value.key.type.kind == KeyKind::kTexts) put(value, list);

@@ -167,12 +167,43 @@ void check_tables(const std::string& file, const io::Configuration& configuratio
   if (settings) static_cast<void>(historian::chosen_by(*settings, **resource, recorded, found));
 }
 
-/// Variables that devices or the Modbus server read or write.
-std::vector<std::string> named_variables(const io::Configuration& configuration) {
-  std::vector<std::string> names = {configuration.modbus.client_seen.text};
+/// Variables that devices, servers, alarms, the history or HMI pages of a project read or write. What is wrong with the
+/// files is for check_pages() and check_tables().
+std::vector<std::string> named_variables(const std::string& file, const io::Configuration& configuration) {
+  std::vector<std::string> names = {configuration.modbus.client_seen.text, configuration.engineering.no_force.text,
+                                    configuration.engineering.no_program.text};
   for (const io::DriverConfig& driver : configuration.drivers) names.push_back(driver.ok.text);
   for (const auto* channels : {&configuration.inputs, &configuration.outputs}) {
     for (const io::ChannelConfig& channel : *channels) names.push_back(channel.variable.text);
+  }
+  core::Diagnostics ignored;
+  const std::filesystem::path folder = folder_of_tables(file, configuration);
+  const std::string of_alarms = (folder / "alarms.toml").string(), of_history = (folder / "historian.toml").string();
+  if (const auto text = io::table_file_text(of_alarms, ignored)) {
+    for (const alarms::Definition& alarm : io::read_alarms(*text, of_alarms, ignored)) {
+      names.push_back(alarm.variable);
+      names.push_back(alarm.suppress);
+    }
+  }
+  if (const auto text = io::table_file_text(of_history, ignored)) {
+    // A pattern takes what there is.
+    if (const auto settings = io::read_historian(*text, of_history, ignored)) {
+      std::copy_if(settings->tags.begin(), settings->tags.end(), std::back_inserter(names),
+                   [](const std::string& tag) { return tag.find_first_of("*?") == std::string::npos; });
+    }
+  }
+  const std::string of_pages = engineering::pages_file(file);
+  std::ifstream in(of_pages, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (const auto document = in ? hmi::read_document(text, of_pages, ignored) : std::nullopt) {
+    for (const hmi::Page& page : document->pages) {
+      for (const hmi::Element& element : page.elements) {
+        names.emplace_back(element.text(hmi::key("variable")));
+        const auto* const plotted = std::get_if<std::vector<std::string>>(&element.values[hmi::key("variables")]);
+        if (plotted != nullptr) names.insert(names.end(), plotted->begin(), plotted->end());
+      }
+    }
+    for (const hmi::Offer& offer : hmi::offers_of(*document)) names.push_back(offer.path);
   }
   std::erase(names, "");
   return names;
@@ -198,10 +229,10 @@ int run(const Check& check) {
   // What else the file says is for plc config check.
   if (code) of_configuration.render_with_lines(std::cerr);
   if (code) return *code;
-  lint.set_used_outside(named_variables(configuration));
   int exit_code = kExitOk;
   for (const std::string& file : check.files) {
     Compilation compilation;
+    lint.set_used_outside(named_variables(file, configuration));
     open({file, check.options, Goal::kCheck, libraries, lint, &registry}, compilation);
     if (compilation.ok() && compilation.image) check_taskblocks(compilation, registry);
     if (compilation.ok() && compilation.image) {
@@ -245,7 +276,7 @@ void add_check(Command program) {
   add_library_option(command, check.libraries);
   command.option("--config=plc.toml", check.configuration,
                  "configuration whose [project] and [taskblocks] libraries the project uses; globals that it names are "
-                 "used by devices");
+                 "used from outside");
   command
       .option("--lint=LIST", check.lints,
               "which lints: all, none, NAME, -NAME, separated by commas, applied from left to right to those "

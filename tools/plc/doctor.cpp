@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "doctor/examine.h"
+#include "doctor/process.h"
 #include "io-drivers/machine/driver_types.h"
 #include "tools/command_line.h"
 #include "tools/open.h"
@@ -94,6 +95,11 @@ int run(const Doctor& given) {
   }
   const bool here = options.root.empty();
   const doctor::System system = here ? doctor::System::here() : doctor::System(options.root);
+  if (options.process != "self" && !doctor::Process(system, options.process).known()) {
+    complain("plc doctor", fmt::format("there is no process {}{}", options.process, here ? "" : " in " + options.root),
+             "`pidof -s plc-run` tells the one of a plc-run that runs");
+    return kExitUsage;
+  }
   doctor::Subject subject;
   subject.configuration_file = options.configuration;
   subject.project_file = options.file;
@@ -160,7 +166,7 @@ void add_doctor(Command program) {
       "  plc doctor                                              the machine alone\n"
       "  plc doctor plc.toml                                     with the devices and the port of a configuration\n"
       "  plc doctor plant.pbc --config plc.toml --state /var/lib/picard/plant\n"
-      "  plc doctor plc.toml --process $(pidof plc-run)          with the rights of a service that runs");
+      "  plc doctor plc.toml --process $(pidof -s plc-run)       with the rights of a service that runs");
   command.option("FILE", options.file, "plc.toml; or the project: PLCopen XML or ST file, source folder, or image");
   command.option("--config=plc.toml", options.configuration, "configuration that the project runs with");
   command.option("--state=DIR", options.state, "folder of retained values, as for plc-run");

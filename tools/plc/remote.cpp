@@ -1,6 +1,8 @@
 // plc remote: asks a running PLC, by the calls of its engineering server.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -50,6 +52,9 @@ class Session {
 
   int run() {
     const std::string& what = remote_.what;
+    for (const std::string_view alone : {"", "logout", "status", "tasks", "log", "alarms", "calls", "stop"}) {
+      if (what == alone && !remote_.arguments.empty()) return wrong_arguments(what);
+    }
     if (what == "login") return login();
     if (what == "first-user") return first_user();
     if (what == "logout") return logout();
@@ -68,6 +73,7 @@ class Session {
     if (what == "stop") return remote_stop(asking);
     for (const Call& call : engineering::calls()) {
       if (call.name == what && call.form != Form::kStream) return by_row(call);
+      if (call.name == what) return no_stream(call);
     }
     complain("plc remote", fmt::format("there is no call \"{}\"", what), "plc remote URL calls lists all");
     return kExitUsage;
@@ -83,8 +89,15 @@ class Session {
   std::optional<Json> ask(const Call& call, const Json& fields, bool quiet = false) {
     const auto reply = client_.send(call, fields);
     if (quiet && (!reply || reply->status != 200)) return std::nullopt;
-    if (!reply) return complain(reply.error()), std::nullopt;
+    if (!reply) return complain_of(reply.error()), std::nullopt;
     return document_of(*reply);
+  }
+
+  /// Of a certificate that never was another one than --fingerprint says, the client knows no better.
+  void complain_of(core::Problem problem) const {
+    if (problem.code == core::Code::P7731 && !remote_.fingerprint.empty())
+      problem.message = "the certificate of " + url_ + " is not the one of --fingerprint";
+    complain(problem);
   }
   std::optional<Json> ask(std::string_view call, const Json& fields = Json::object()) { return ask(row(call), fields); }
 
@@ -100,19 +113,31 @@ class Session {
     return ask(call, fields);
   }
 
-  static std::optional<Json> document_of(const Reply& reply) {
+  std::optional<Json> document_of(const Reply& reply) const {
     Json document = Json::parse(reply.body, nullptr, false);
     if (reply.status == 200 && !document.is_discarded()) return document;
     const auto part = [&](const char* name) {
       const auto found = document.is_object() ? document.find(name) : document.end();
       return found != document.end() && found->is_string() ? found->get<std::string>() : std::string();
     };
-    const std::string field = part("field"), help = part("help");
+    const std::string field = part("field");
+    const std::string help = part("code") == "P7710" ? login_help(part("help")) : part("help");
     std::cerr << fmt::format(
         "error {}: {}{}\n", part("code").empty() ? "P7730" : part("code"), field.empty() ? "" : field + ": ",
         part("text").empty() ? fmt::format("the server answers with status {}", reply.status) : part("text"));
     if (!help.empty()) std::cerr << "  help: " << help << '\n';
     return std::nullopt;
+  }
+
+  /// What somebody does who is not logged in. `said`: by the server, for those who make calls themselves.
+  [[nodiscard]] std::string login_help(const std::string& said) const {
+    if (said.find("first-user") != std::string::npos) {
+      return fmt::format(
+          "there is no user yet: plc remote {} first-user CODE USER, with the code that plc-run has printed",
+          remote_.url);
+    }
+    if (!remote_.token.empty()) return "the token of --token or PICARD_TOKEN does not count here, or has ended";
+    return fmt::format("plc remote {} login USER", remote_.url);
   }
 
   static int print(const Json& document) {
@@ -156,6 +181,15 @@ class Session {
 
   int wrong_arguments(std::string_view form) const {
     complain("plc remote", "wrong arguments", fmt::format("plc remote {} {}", remote_.url, form));
+    return kExitUsage;
+  }
+
+  static int no_stream(const Call& call) {
+    const std::string_view subject = call.name.substr(0, call.name.find('.'));
+    const bool follows = subject == "values" || subject == "log";
+    complain(
+        "plc remote", fmt::format("{} is a stream, which is not followed by its name", call.name),
+        follows ? fmt::format("{} --follow", subject) : "browsers and clients take it: docs/guides/engineering.md");
     return kExitUsage;
   }
 
@@ -206,8 +240,14 @@ class Session {
       }
       const auto nodes = ask("values.search", {{"pattern", one}, {"most", 1000}});
       if (!nodes) return std::nullopt;
+      const std::size_t before = found.size();
       for (const Json& node : (*nodes)["nodes"]) {
         if (node.value("readable", false)) found.push_back(node["path"]);
+      }
+      // Without one, "*" is nobody's pattern: a program may have no variables.
+      if (found.size() == before && !remote_.arguments.empty()) {
+        complain("plc remote", fmt::format("no variable matches \"{}\"", one));
+        return std::nullopt;
       }
     }
     return found;
@@ -233,7 +273,10 @@ class Session {
             std::cout << now[i]["path"].get<std::string>() << "  " << text_of(now[i]) << std::endl;
         }
       }
-      if (!remote_.follow) return kExitOk;
+      if (!remote_.follow) {
+        const bool wrong = std::any_of(now.begin(), now.end(), [](const Json& one) { return one.contains("problem"); });
+        return wrong ? kExitErrors : kExitOk;
+      }
       before = now;
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
     }
@@ -297,8 +340,9 @@ class Session {
                       alarm.value("text", "")});
     }
     print_table(rows, std::cout);
-    std::cout << fmt::format("{} alarms, {} active, {} not acknowledged, {} out of sight\n", (*answer)["all"].dump(),
-                             (*answer)["active"].dump(), (*answer)["unacked"].dump(), (*answer)["hidden"].dump());
+    std::cout << fmt::format("{}, {} active, {} not acknowledged, {} out of sight\n",
+                             counted((*answer)["all"].get<std::size_t>(), "alarm"), (*answer)["active"].dump(),
+                             (*answer)["unacked"].dump(), (*answer)["hidden"].dump());
     return kExitOk;
   }
 
@@ -325,7 +369,7 @@ class Session {
       if (secret && field.required && !fields.contains(name)) fields[name] = read_secret(std::string(field.doc) + ": ");
     }
     const auto reply = client_.send(call, fields);
-    if (!reply) return complain(reply.error()), kExitErrors;
+    if (!reply) return complain_of(reply.error()), kExitErrors;
     if (call.form == Form::kFile && reply->status == 200) return store(*reply);
     const auto document = document_of(*reply);
     return document ? print(*document) : kExitErrors;
@@ -352,7 +396,23 @@ class Session {
   Client client_;
 };
 
+/// "AB:CD:..", 32 bytes.
+bool is_fingerprint(std::string_view text) {
+  constexpr std::size_t kCharacters = 32 * 3 - 1;
+  if (text.size() != kCharacters) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool good = i % 3 == 2 ? text[i] == ':' : std::isxdigit(static_cast<unsigned char>(text[i])) != 0;
+    if (!good) return false;
+  }
+  return true;
+}
+
 int run(const Remote& remote) {
+  if (!remote.fingerprint.empty() && !is_fingerprint(remote.fingerprint)) {
+    complain("plc remote", "--fingerprint \"" + remote.fingerprint + "\" is no fingerprint",
+             "it has 32 bytes in hexadecimal with colons between them, AB:CD:.., as plc-run has printed it");
+    return kExitUsage;
+  }
   auto url = engineering::parse_url(remote.url);
   if (!url) {
     complain("plc remote", "\"" + remote.url + "\" is not an address of a server",

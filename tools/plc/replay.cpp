@@ -166,7 +166,8 @@ int show_instant(const ReplayCommand& replay, const Span& span, shadow::Player& 
 
 /// --test: writes the case, runs it, and says whether it gives what was recorded.
 int make_test(const ReplayCommand& replay, const Span& span, shadow::Player& player) {
-  const core::TimeNs begin_ns = *player.begin_ns();
+  player.count_releases();
+  const core::TimeNs begin_ns = player.next_ns().value_or(0);
   ReplayCase request;
   request.folder = replay.test;
   request.project = replay.project;
@@ -178,9 +179,9 @@ int make_test(const ReplayCommand& replay, const Span& span, shadow::Player& pla
   request.until_fault = span.until_fault;
   const auto written = write_case(player, request);
   if (!written) return complain(written.error()), exit_code_of(written.error());
-  std::cout << fmt::format("{}: {} cycles from {} on, {} variables, {} inputs\n", replay.test, written->instants,
-                           duration_text(static_cast<double>(written->begin_ns - begin_ns)), written->variables,
-                           written->inputs);
+  std::cout << fmt::format("{}: {} from {} on, {}, {}\n", replay.test, counted(written->instants, "cycle"),
+                           duration_text(static_cast<double>(written->begin_ns - begin_ns)),
+                           counted(written->variables, "variable"), counted(written->inputs, "input"));
   if (!written->aligned)
     std::cerr << "plc replay: at no time near --from all tasks are released at once: their phases are lost\n";
   const auto results = tests::run_case({replay.test, replay.test, {}, &taskblocks::Registry::built_in()});
@@ -190,8 +191,8 @@ int make_test(const ReplayCommand& replay, const Span& span, shadow::Player& pla
     std::cerr << fmt::format(
         "plc replay: {} does not give what was recorded: {}\n  help: {}\n", replay.project,
         failure_text(result.failures.front()),
-        "if the project has changed since, this is what has changed; taskblocks and values of queues "
-        "are not in a case");
+        "if the project has changed since, this is what has changed; taskblocks, values of queues, offsets of tasks, "
+        "scans that were left out and what tasks gave each other in the middle of a scan are not in a case");
     return kExitErrors;
   }
   std::cout << fmt::format("it gives what was recorded; plc test {}\n", shell_word(replay.test));
@@ -275,7 +276,7 @@ int run(const ReplayCommand& replay) {
     }
     if (trace) {
       player.show_globals();
-      trace->record({instants, *now_ns, {}});
+      trace->record({instants, *now_ns - *begin_ns, {}});
     }
     ++instants;
   }

@@ -216,6 +216,9 @@ core::Result<WrittenCase> write_case(shadow::Player& player, const ReplayCase& r
   if (error) return cannot_write(folder, error.message());
   if (auto problem = copy_project(request.project, folder / "project")) return *problem;
   WrittenCase out;
+  // A simulation has no latencies.
+  player.count_releases();
+  const auto missing_from_ns = player.missing_from_ns();
   const auto common = common_instant(player, request.from_ns);
   out.aligned = common.has_value();
   out.begin_ns = common.value_or(request.from_ns);
@@ -238,6 +241,8 @@ core::Result<WrittenCase> write_case(shadow::Player& player, const ReplayCase& r
   bool ends = false;
   while (const auto now_ns = player.next_ns()) {
     if (ends || (request.until_ns && *now_ns > *request.until_ns)) break;
+    // Where the plant ended, one task may have run once more than another.
+    if (missing_from_ns && *now_ns >= *missing_from_ns) break;
     const TimeNs at_ns = *now_ns - out.begin_ns;
     while (player.next_ns() == now_ns) {
       writes.look_at(*player.upcoming(), at_ns, player.replicas().globals());

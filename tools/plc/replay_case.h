@@ -22,7 +22,7 @@ struct ReplayCase {
   std::vector<std::string> libraries;  ///< files that are compiled with it
   core::CompileOptions options;
   std::vector<std::string> watch;          ///< variables of the table; empty: addresses at %Q, or all if there are none
-  core::TimeNs from_ns = 0;                ///< of the scans' `now`
+  core::TimeNs from_ns = 0;                ///< instant of release, as Player::count_releases() has it
   std::optional<core::TimeNs> until_ns{};  ///< nothing: to the end
   bool until_fault = false;                ///< the scan with the first fault is the last one
 };

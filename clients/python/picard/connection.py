@@ -13,7 +13,8 @@ import urllib.parse
 
 
 class PicardError(Exception):
-    """The server refused a call. `code` has a page of its own: plc explain CODE."""
+    """The server refused a call, or could not be asked: then `status` is 0. `code` has a page of its own: plc explain
+    CODE."""
 
     def __init__(self, status, answer):
         self.status = status
@@ -25,9 +26,22 @@ class PicardError(Exception):
         where = f"{self.field}: " if self.field else ""
         super().__init__(f"{self.code}: {where}{self.text}")
 
+    def __str__(self):
+        return str(self.args[0])
 
-class CertificateError(ssl.SSLError):
+
+class CertificateError(PicardError, ssl.SSLCertVerificationError):
     """Nobody known has signed the certificate, and its fingerprint is not the one that was given."""
+
+    def __init__(self, text):
+        super().__init__(0, {"code": "P7731", "text": text})
+
+
+class NoServerError(PicardError, ConnectionRefusedError):
+    """Nobody listens at the address."""
+
+    def __init__(self, text):
+        super().__init__(0, {"code": "P7730", "text": text})
 
 
 def _normal(fingerprint):
@@ -67,7 +81,10 @@ class Connection:
         self.close()
 
     def _socket(self):
-        raw = socket.create_connection((self._host, self._port), self._timeout)
+        try:
+            raw = socket.create_connection((self._host, self._port), self._timeout)
+        except ConnectionRefusedError as refused:
+            raise NoServerError(f"nobody listens on {self._host_header()}") from refused
         raw.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if not self._secure:
             return raw
@@ -78,6 +95,9 @@ class Connection:
             context.verify_mode = ssl.CERT_NONE  # its fingerprint is compared below
         try:
             encrypted = context.wrap_socket(raw, server_hostname=self._host)
+        except ssl.SSLCertVerificationError as refused:
+            raw.close()
+            raise CertificateError(f"{self._host_header()}: {refused.verify_message}") from refused
         except BaseException:
             raw.close()
             raise
@@ -267,7 +287,7 @@ _FORMS = {
 
 class Values:
     """Values of a subscription as they change: iterate over it. Each step gives a dict of path and value of those that
-    have changed; `scans` and `time_ns` are of the frame. Times and dates are nanoseconds."""
+    have changed; `scans` and `time_ns` are of the newest frame. Times and dates are nanoseconds."""
 
     def __init__(self, web, paths):
         self._web = web
@@ -292,7 +312,9 @@ class Values:
             if isinstance(frame, bytes):
                 version, _, number, count, self.scans, self.time_ns = struct.unpack_from("<BBHIQq", frame)
                 if version == 1 and number == self._number:
-                    return self._decode(frame, count)
+                    changed = self._decode(frame, count)
+                    if changed:  # else the frame tells the clock alone
+                        return changed
 
     def _decode(self, frame, count):
         dirty = 24

@@ -193,6 +193,10 @@ const std::vector<Plant>& plants() {
          m.configure(kOwnCertificate);
          m.remove("etc/picard/key.pem");
        }},
+      {"CertificateWithoutKey", "P7306 problem",
+       [](Machine& m) {
+         m.configure("[modbus]\nlisten = \"off\"\n[engineering]\ncertificate = \"/etc/picard/certificate.pem\"\n");
+       }},
       {"CertificateEnds", "P7703 warning", [](Machine& m) { certificate_of_age(m, 3640); }},
       {"CertificateHasEnded", "P7703 problem", [](Machine& m) { certificate_of_age(m, 3651); }},
       {"Network", "P7963 note", [](Machine& m) { m.configure("[modbus]\nlisten = \"192.168.1.9:1502\"\n"); }},
@@ -339,6 +343,36 @@ TEST(Doctor, TakesAPortThatSystemdOpened) {
   std::filesystem::create_directories(machine.path("proc/1/fd"));
   std::filesystem::create_symlink("socket:[77]", machine.path("proc/1/fd/40"));
   EXPECT_EQ(machine.found(), std::vector<std::string>{});
+}
+
+TEST(System, FollowsLinksInsideOfItsRoot) {
+  const ScratchFolder scratch;
+  namespace fs = std::filesystem;
+  const fs::path root = scratch.file("root"), outside = scratch.file("outside");
+  for (const fs::path& folder : {root / "etc/picard", root / "data", outside}) fs::create_directories(folder);
+  std::ofstream(outside / "name") << "outside";
+  std::ofstream(root / "data/name") << "inside";
+  const auto link = [&root](const fs::path& to, const char* from) { fs::create_symlink(to, root / from); };
+  link("/data", "etc/picard/absolute");
+  link("../../data", "etc/picard/relative");
+  link("/data/name", "etc/file");
+  link(outside, "etc/out");
+  link("../../../../../../" + outside.string(), "etc/up");
+  link("/etc/circle", "etc/circle");
+  const doctor::System system(root.string());
+  for (const char* path : {"/data/name", "/etc/picard/absolute/name", "/etc/picard/relative/name", "/etc/file",
+                           "/etc/./picard/absolute/../data//name", "/../../data/name"}) {
+    EXPECT_EQ(system.read(path), "inside") << path;
+    EXPECT_TRUE(system.facts(path)) << path;
+  }
+  EXPECT_EQ(system.list("/etc/picard/absolute"), std::vector<std::string>{"name"});
+  for (const char* path : {"/etc/out/name", "/etc/up/name", "/etc/circle", "/etc/circle/name"}) {
+    EXPECT_FALSE(system.read(path)) << path;
+    EXPECT_FALSE(system.facts(path)) << path;
+  }
+  EXPECT_TRUE(system.list("/etc/out").empty());
+  EXPECT_EQ(system.link("/etc/file"), "/data/name") << "the link itself";
+  EXPECT_EQ(system.read((outside / "name").string()), std::nullopt);
 }
 
 TEST(Doctor, LooksAtAnotherProcess) {

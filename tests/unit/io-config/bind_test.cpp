@@ -174,6 +174,8 @@ constexpr Wrong kWrong[] = {
     {"VariableOfATask", "[inputs]\n\"Main0.Local\" = { driver = \"panel\", channel = 1 }\n", "7:1 P7321"},
     {"WordOnALine", "[inputs]\n\"%IW0\" = { driver = \"panel\", channel = 1 }\n", "7:1 P7322"},
     {"InvertedWord", "[inputs]\n\"%IW0\" = { driver = \"bench\", invert = true }\n", "7:1 P7322"},
+    {"CertificateWithoutKey", "[engineering]\ncertificate = \"plant.pem\"\n", "7:15 P7306"},
+    {"KeyWithoutCertificate", "[engineering]\ncertificate = \"\"\nkey = \"plant.key\"\n", "8:7 P7306"},
     {"OkOfAWord", "ok = \"Level\"\n", "6:6 P7322"},
     {"InputThatAProgramWrites", "[inputs]\n\"%QX0.0\" = { driver = \"panel\", channel = 1 }\n", "7:1 P7323"},
     {"OkThatAProgramWrites", "ok = \"Pump\"\n", "6:6 P7323"},

@@ -183,7 +183,7 @@ TEST(PlanTasks, P7602ForEveryKeyThatNamesAProcessor) {
   for (const char* toml : {"[scheduler]\ncpu = 3\n", "[tasks.Fast]\ncpu = 3\n"}) {
     const Planned p = planned(toml);
     EXPECT_FALSE(p.plan.has_value()) << toml;
-    EXPECT_TRUE(contains(p.problems, "plc.toml:1:")) << p.problems;
+    EXPECT_TRUE(contains(p.problems, "plc.toml:2:7: ")) << p.problems;
     EXPECT_TRUE(contains(p.problems, "P7602: processor 3 is not available")) << p.problems;
     EXPECT_TRUE(contains(p.problems, "this process may use: 0 to 2, 5")) << p.problems;
   }

@@ -301,5 +301,71 @@ TEST_F(LogFile, TheLogLeavesOutWhatIsNotSevereAndSaysWhyItCannotWrite) {
   EXPECT_NE(read(late.path).find("warning: careful (1 time more in "), std::string::npos) << read(late.path);
 }
 
+Record careful(const std::string& text) {
+  Record record = said(text);
+  record.severity = core::Severity::kWarning;
+  return record;
+}
+std::size_t times_in(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST_F(LogFile, WhatIsNeverWrittenIsShownAsideOnce) {
+  std::ostringstream aside;
+  FileOptions none = options();
+  none.path = file("later/plant.log");
+  Log log({core::Severity::kNote, 60'000'000'000, 200}, std::make_unique<FileSink>(none), none.path, aside);
+  log.write(careful("before the problem is known"));
+  log.write(said("a note"));
+  Record seen = careful("printed before");
+  seen.shown = true;
+  log.write(seen);
+  log.start();
+  ASSERT_TRUE(soon([&] { return log.service(), aside.str().find("P7620") != std::string::npos; }));
+  EXPECT_EQ(times_in(aside.str(), "warning: before the problem is known\n"), 1u) << aside.str();
+  log.write(careful("while there is one"));
+  EXPECT_EQ(times_in(aside.str(), "warning: while there is one\n"), 1u) << aside.str();
+  EXPECT_EQ(times_in(aside.str(), "a note"), 0u) << "notes may still be written in time";
+  log.stop(kPatience);
+  EXPECT_EQ(times_in(aside.str(), "note: a note\n"), 1u) << aside.str();
+  EXPECT_EQ(times_in(aside.str(), "before the problem is known"), 1u) << aside.str();
+  EXPECT_EQ(times_in(aside.str(), "while there is one"), 1u) << aside.str();
+  EXPECT_EQ(times_in(aside.str(), "printed before"), 0u) << aside.str();
+}
+
+TEST_F(LogFile, WhatIsWrittenInTheEndIsShownOnceWhereItWasUrgent) {
+  std::ostringstream aside;
+  FileOptions late = options();
+  late.path = file("later/plant.log");
+  Log log({core::Severity::kNote, 60'000'000'000, 200}, std::make_unique<FileSink>(late), late.path, aside);
+  log.start();
+  log.write(careful("urgent"));
+  log.write(said("a note"));
+  ASSERT_TRUE(soon([&] { return log.service(), times_in(aside.str(), "urgent") == 1; })) << aside.str();
+  fs::create_directory(path / "later");
+  ASSERT_TRUE(soon([&] { return read(late.path) == "warning: urgent\nnote: a note\n"; })) << read(late.path);
+  log.stop(kPatience);
+  EXPECT_EQ(times_in(aside.str(), "urgent"), 1u) << aside.str();
+  EXPECT_EQ(times_in(aside.str(), "a note"), 0u) << aside.str();
+}
+
+TEST_F(Journal, ThatIsNotThereLeavesItsRecordsAside) {
+  std::ostringstream aside;
+  Log log({core::Severity::kNote, 60'000'000'000, 2000}, journal_sink(file("socket")), "the journal", aside);
+  log.start();
+  log.write(said("a note"));
+  log.write(careful("urgent"));
+  log.service();
+  EXPECT_EQ(times_in(aside.str(), "warning: urgent\n"), 1u) << aside.str();
+  const std::string large(100'000, 'x');
+  for (int i = 0; i < 15; ++i) log.write(said(large + std::to_string(i)));
+  log.stop(kPatience);
+  EXPECT_EQ(times_in(aside.str(), "urgent"), 1u) << aside.str();
+  EXPECT_EQ(times_in(aside.str(), "note: a note\n"), 1u) << aside.str();
+  EXPECT_NE(aside.str().find(" messages are lost: the journal could not be written in time"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace plc::log

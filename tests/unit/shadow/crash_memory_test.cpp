@@ -88,6 +88,23 @@ Played play(const Bytes& bytes) {
   return played;
 }
 
+TEST(CrashMemory, BelongsToOneStateFolderOfOnePlaceAlsoBeforeThatIsThere) {
+  const ScratchFolder scratch;
+  const fs::path was = fs::current_path();
+  fs::create_directory(scratch.file("a"));
+  fs::create_directory(scratch.file("b"));
+  fs::current_path(scratch.file("a"));
+  const std::string before = shadow::CrashMemory::folder_of("new");
+  fs::create_directory("new");
+  EXPECT_EQ(shadow::CrashMemory::folder_of("new"), before);
+  EXPECT_EQ(shadow::CrashMemory::folder_of("new/"), before);
+  EXPECT_EQ(shadow::CrashMemory::folder_of("./new"), before);
+  EXPECT_EQ(shadow::CrashMemory::folder_of(scratch.file("a/new")), before);
+  fs::current_path(scratch.file("b"));
+  EXPECT_NE(shadow::CrashMemory::folder_of("new"), before) << "another plant";
+  fs::current_path(was);
+}
+
 TEST(CrashMemory, HasTheNewestScansAlsoThoseNobodyTook) {
   const ScratchFolder scratch;
   const Played played = play(left_by(scratch.file("memory"), {}, [](Dying& d) {
