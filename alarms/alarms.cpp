@@ -120,6 +120,42 @@ void Alarms::add_blocks(runtime::Resource& resource, bool recorded, core::Diagno
   }
 }
 
+std::vector<std::string> Alarms::do_without_scans() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> left_out;
+  Looks all = std::exchange(by_time_, {});
+  for (TaskLooks& task : by_task_) {
+    for (const auto list : {&Looks::suppressions, &Looks::conditions})
+      (all.*list).insert((all.*list).end(), (task.looks.*list).begin(), (task.looks.*list).end());
+    task = {};
+  }
+  std::vector<bool> lost(items_.size());
+  for (const auto list : {&Looks::suppressions, &Looks::conditions}) {
+    for (const Look& one : all.*list) lost[one.item] = lost[one.item] || !one.watched.is_global();
+  }
+  std::vector<Item> items;
+  std::vector<std::size_t> numbers(items_.size());
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    numbers[i] = items.size();
+    if (lost[i]) {
+      left_out.push_back(items_[i].definition.name);
+    } else {
+      items.push_back(std::move(items_[i]));
+    }
+  }
+  items_ = std::move(items);
+  for (const auto list : {&Looks::suppressions, &Looks::conditions}) {
+    std::erase_if(all.*list, [&lost](const Look& one) { return lost[one.item]; });
+    for (Look& one : all.*list) {
+      one.item = numbers[one.item];
+      one.watched.task.reset();
+    }
+  }
+  by_time_ = std::move(all);
+  needs_scans_ = false;
+  return left_out;
+}
+
 void Alarms::restore(const std::vector<Kept>& all, std::int64_t last_number) {
   const std::lock_guard lock(mutex_);
   last_number_ = last_number;

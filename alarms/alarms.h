@@ -74,6 +74,9 @@ class Alarms final : public shadow::ScanObserver {
   [[nodiscard]] std::size_t count() const { return items_.size(); }
   /// Whether any of them needs after_scan().
   [[nodiscard]] bool needs_scans() const { return needs_scans_; }
+  /// after_scan() will not be called, against what was said: globals are looked at with service(), the rest is left
+  /// out. The names of that. Before restore().
+  std::vector<std::string> do_without_scans();
   /// As it was when the program ended. Before the first scan. `last_number`: of the events that are kept already.
   void restore(const std::vector<Kept>& all, std::int64_t last_number);
 

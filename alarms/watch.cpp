@@ -5,6 +5,7 @@
 #include <cstring>
 #include <vector>
 
+#include "core/integer_at.h"
 #include "core/utf8.h"
 #include "core/windows_1252.h"
 #include "runtime/link/link.h"
@@ -75,35 +76,12 @@ core::Result<Watched> watch(runtime::Resource& resource, std::string_view path, 
 std::uint32_t bytes_of(TypeId type) { return core::rep_bytes(core::rep_of(type)); }
 
 double number_at(const std::byte* from, TypeId type) {
-  switch (core::rep_of(type)) {
-    case Rep::kBool:
-      return load<std::uint8_t>(from) != 0 ? 1 : 0;
-    case Rep::kI8:
-      return load<std::int8_t>(from);
-    case Rep::kU8:
-      return load<std::uint8_t>(from);
-    case Rep::kI16:
-      return load<std::int16_t>(from);
-    case Rep::kU16:
-      return load<std::uint16_t>(from);
-    case Rep::kI32:
-      return load<std::int32_t>(from);
-    case Rep::kU32:
-      return load<std::uint32_t>(from);
-    case Rep::kI64:
-      return load<std::int64_t>(from) / (core::in_category(type, core::kAnyDuration) ? 1e9 : 1);
-    case Rep::kU64:
-      return load<std::uint64_t>(from);
-    case Rep::kF32:
-      return load<float>(from);
-    case Rep::kF64:
-      return load<double>(from);
-    case Rep::kStr:
-    case Rep::kWstr:
-    case Rep::kRef:
-      break;
-  }
-  return 0;
+  const Rep rep = core::rep_of(type);
+  if (rep == Rep::kF32) return load<float>(from);
+  if (rep == Rep::kF64) return load<double>(from);
+  if (rep == Rep::kU64) return load<std::uint64_t>(from);
+  const auto number = static_cast<double>(core::integer_at(rep, from).value_or(0));
+  return core::in_category(type, core::kAnyDuration) ? number / 1e9 : number;
 }
 
 std::string text_at(const std::byte* from, std::uint16_t capacity) {

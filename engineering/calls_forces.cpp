@@ -6,7 +6,6 @@
 
 #include "engineering/answer.h"
 #include "engineering/context.h"
-#include "engineering/kept_forces.h"
 #include "engineering/subjects.h"
 #include "engineering/value_json.h"
 #include "runtime/force_list.h"
@@ -55,6 +54,12 @@ void list(Context& context, const Caller&, const Json&, Answer& answer) {
   for (const runtime::Force& force : context.forces.list()) all.push_back(force_json(force));
 }
 
+/// What holds over a warm start is on the disk with the answer; of a program on trial, once it stays. Empty, or why
+/// not.
+std::string keep(const Context& context) {
+  return context.kept_forces == nullptr ? std::string() : context.kept_forces->store();
+}
+
 constexpr Field kSetRequest[] = {
     text("path", "A variable of any elementary type: a global, an input, an output, or one of a program or block", 1,
          1000),
@@ -85,7 +90,7 @@ void set(Context& context, const Caller& caller, const Json& request, Answer& an
     force.until_mono_ns = context.clock.now_ns() + rest_ns;
   }
   force.kept = request.value("warm", false);
-  if (force.kept && context.folder.empty()) {
+  if (force.kept && context.kept_forces == nullptr) {
     return answer.refuse(409, core::Code::P7701, "there is no folder in which a force could be kept", "warm",
                          "start plc-run with --state DIR, or force without warm");
   }
@@ -97,7 +102,7 @@ void set(Context& context, const Caller& caller, const Json& request, Answer& an
   Json row = force_json(*made);
   context.audit.add(caller.user, caller.address, "forces.set", row);
   // A force that was kept may have been replaced by one that is not.
-  if (const std::string why = store_kept_forces(context.folder, context.forces.list()); !why.empty()) {
+  if (const std::string why = keep(context); !why.empty()) {
     return answer.refuse(409, core::Code::P7701, "it is forced, and what is kept over a start is as before: " + why,
                          "warm");
   }
@@ -117,7 +122,7 @@ void release(Context& context, const Caller& caller, const Json& request, Answer
     released = context.forces.release_all();
   }
   if (released != 0) context.audit.add(caller.user, caller.address, "forces.release", request);
-  if (const std::string why = store_kept_forces(context.folder, context.forces.list()); !why.empty()) {
+  if (const std::string why = keep(context); !why.empty()) {
     return answer.refuse(409, core::Code::P7701, "it is released, and what is kept over a start is as before: " + why);
   }
   answer.body()["released"] = released;

@@ -1,4 +1,6 @@
 // HMI pages: calls of the subject "pages".
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -248,17 +250,19 @@ void save(Context& context, const Caller& caller, const Json& request, Answer& a
     page.comment = comment_of(row);
     for (const Json& one : row["elements"]) {
       if (!take_element(one, page.elements.emplace_back())) {
-        return answer.refuse(400, Code::P7771, "\"" + one["kind"].get<std::string>() + "\" is no kind of element",
-                             "pages");
+        return answer.refuse(
+            400, Code::P7771, "\"" + one["kind"].get<std::string>() + "\" is no kind of element",
+            fmt::format("pages[{}].elements[{}].kind", document.pages.size(), page.elements.size() - 1));
       }
       ++elements;
     }
     document.pages.push_back(std::move(page));
   }
-  if (const auto problem = context.hmi.save(request["version"].get<std::string>(), document)) {
+  std::string field = "pages";
+  if (const auto problem = context.hmi.save(request["version"].get<std::string>(), document, field)) {
     const bool of_request = problem->code >= Code::P7770 && problem->code <= Code::P7775;
     return answer.refuse(of_request ? 400 : 409, problem->code, problem->message,
-                         problem->code == Code::P7778 ? "version" : "pages", problem->help);
+                         problem->code == Code::P7778 ? "version" : field, problem->help);
   }
   const auto state = context.hmi.state();
   context.audit.add(caller.user, caller.address, "pages.save",
@@ -271,7 +275,9 @@ constexpr Field kPressRequest[] = {
     text("path", "The BOOL of a button", 1, 1000),
     boolean("pressed", "Say true again within 3 s as long as it is held, then false"),
     optional(boolean("renews", "Says again that it is held; presses nothing that is not held any more")),
-    optional(integer("until_ms", "UTC in milliseconds, by the clock of the machine: what comes later presses nothing")),
+    optional(integer("until_ms",
+                     "UTC in milliseconds, by the clock of the machine: what comes later presses nothing. It does not "
+                     "protect when that clock is set back meanwhile")),
 };
 constexpr Field kPressAnswer[] = {boolean("held", "The caller holds it now; false after a press: it came too late")};
 
@@ -287,7 +293,7 @@ void press(Context& context, const Caller& caller, const Json& request, Answer& 
     return;
   }
   if (const auto problem = context.hmi.press_refusal(path)) return answer.refuse(*problem, "path");
-  if (request.contains("until_ms") && context.calendar.utc_ns() / 1'000'000 > request["until_ms"].get<std::int64_t>()) {
+  if (context.is_late(request)) {
     answer.body()["held"] = false;
     return;
   }

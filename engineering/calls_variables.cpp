@@ -149,8 +149,11 @@ constexpr Field kWriteRequest[] = {
     records("values", kWrite, "All are written, or none", kMostPaths),
     optional(text("reason", "Why, for those who read the audit", 1, 500)),
     optional(boolean("offered", "Only what pages.toml offers, within its limits; for operators that is always so")),
+    optional(integer("until_ms",
+                     "UTC in milliseconds, by the clock of the machine: what comes later writes nothing. It does not "
+                     "protect when that clock is set back meanwhile")),
 };
-constexpr Field kWriteAnswer[] = {integer("written", "How many single values")};
+constexpr Field kWriteAnswer[] = {integer("written", "How many single values; 0: it came after until_ms")};
 
 void write(Context& context, const Caller& caller, const Json& request, Answer& answer) {
   Variables& variables = context.variables;
@@ -171,6 +174,10 @@ void write(Context& context, const Caller& caller, const Json& request, Answer& 
   }
   if (caller.role < Right::kEngineer || request.value("offered", false)) {
     if (const auto problem = context.hmi.refusal(writes)) return answer.refuse(*problem, "values");
+  }
+  if (context.is_late(request)) {
+    answer.body()["written"] = 0;
+    return;
   }
   // What was there before, as far as anybody knows.
   variables.values().take();

@@ -17,6 +17,7 @@
 #include "engineering/call.h"
 #include "engineering/device_book.h"
 #include "engineering/hmi_pages.h"
+#include "engineering/kept_forces.h"
 #include "engineering/log_book.h"
 #include "engineering/login_delay.h"
 #include "engineering/presses.h"
@@ -107,6 +108,10 @@ struct Context {
   alarms::AlarmStore* alarm_store = nullptr;  ///< read(): kFiles; null without alarms
   historian::Historian* historian = nullptr;  ///< kFiles; null when nothing is kept
   const DeviceBook* devices = nullptr;        ///< any; null without
+  KeptForces* kept_forces = nullptr;          ///< kFiles; null without a folder
+
+  /// Whether a request came after its field until_ms, where it has one: by a line that stood still.
+  [[nodiscard]] bool is_late(const Json& request) const;
 };
 
 }  // namespace plc::engineering

@@ -189,8 +189,9 @@ ReadyCall Dispatcher::check(HttpRequest request) {
     if (ready.caller.role < call->right) {
       return refuse({403,
                      Code::P7711,
-                     "this call is for " + std::string(right_text(call->right)) + ", and " + ready.caller.user +
-                         " is " + std::string(right_text(ready.caller.role)),
+                     "this call is for " + std::string(right_text(call->right)) + ", and " +
+                         (ready.caller.session == 0 ? "this token" : ready.caller.user) + " is " +
+                         std::string(right_text(ready.caller.role)),
                      {},
                      {},
                      0});

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -30,6 +31,21 @@ Said said_of(const core::Problem& problem, core::Severity severity) {
   return {severity, fmt::format("engineering: {}: {}{}", core::info(problem.code).name, problem.message,
                                 problem.help.empty() ? "" : " (" + problem.help + ")")};
 }
+
+/// Something that is done on the disk again and again, on another thread: a disk that hangs holds up nothing here.
+struct Chore {
+  std::atomic<bool> busy{false};
+  std::mutex mutex;
+  std::string problem;  ///< of the latest time, or empty
+  std::string said;     ///< ..as it was said
+
+  /// The problem, when it is another one than it was.
+  std::optional<std::string> news() {
+    const std::lock_guard lock(mutex);
+    if (problem == said) return std::nullopt;
+    return said = problem;
+  }
+};
 
 /// Work of another thread: it ends with this, also when it throws.
 struct Busy {
@@ -69,6 +85,7 @@ struct Engineering::State {
         variables(resource, values),
         drawn(resource),
         forces(forced),
+        kept_forces(options.folder, forced),
         scheduler(plant),
         log(book),
         clock(monotonic),
@@ -85,8 +102,9 @@ struct Engineering::State {
   void open(std::vector<Said>& said);
   void listen(std::vector<Said>& said);
   void say_code(std::vector<Said>& said);
+  void begin(Chore& chore, std::function<std::string()> work);
   void write_audit(std::vector<Said>& said);
-  void forget_forces(std::vector<Said>& said);
+  void keep_forces(std::vector<Said>& said);
   [[nodiscard]] std::string url() const;
 
   Options options;
@@ -94,6 +112,7 @@ struct Engineering::State {
   Variables variables;
   DiagramServices drawn;
   runtime::ForceList& forces;
+  KeptForces kept_forces;  ///< also without a folder
   shadow::Shadow* shadow = nullptr;
   ProgramControl* program = nullptr;
   alarms::Alarms* alarms = nullptr;
@@ -119,14 +138,7 @@ struct Engineering::State {
   bool listening = false;
   std::string refusal;  ///< why not, as it was said
   core::TimeNs next_ns = 0, past_ns = 0, pages_ns = 0;
-  std::atomic<bool> writing{false};  ///< the audit
-  std::mutex audit_mutex;
-  std::string audit_problem;       ///< of the thread that writes
-  std::string audit_problem_said;  ///< ..as it was said
-  bool confirmed = false;
-  /// Forces that were kept for a warm start are to be forgotten on the disk.
-  std::atomic<bool> forget{false}, forgetting{false};
-  std::string forget_problem, forget_problem_said;  ///< as those of the audit
+  Chore auditing, keeping;
 };
 
 /// Users, audit and certificate, once they can be had.
@@ -201,7 +213,8 @@ void Engineering::State::open(std::vector<Said>& said) {
                                               alarms,
                                               alarm_store,
                                               historian,
-                                              &devices});
+                                              &devices,
+                                              options.folder.empty() ? nullptr : &kept_forces});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;
@@ -251,42 +264,31 @@ void Engineering::State::say_code(std::vector<Said>& said) {
                               code, url())});
 }
 
-void Engineering::State::write_audit(std::vector<Said>& said) {
-  if (!writing.exchange(true)) {
-    const bool taken = server->post_file_work([this] {
-      const Busy done{writing};
-      std::string why = audit->write_waiting();
-      const std::lock_guard lock(audit_mutex);
-      audit_problem = std::move(why);
-    });
-    if (!taken) writing = false;
-  }
-  const std::lock_guard lock(audit_mutex);
-  if (audit_problem == audit_problem_said) return;
-  audit_problem_said = audit_problem;
-  said.push_back(audit_problem.empty() ? Said{core::Severity::kNote, "engineering: the audit is written again"}
-                                       : Said{core::Severity::kWarning,
-                                              fmt::format("engineering: {}: the audit {}; records wait in memory",
-                                                          core::info(core::Code::P7704).name, audit_problem)});
+void Engineering::State::begin(Chore& chore, std::function<std::string()> work) {
+  if (chore.busy.exchange(true)) return;
+  const bool taken = server->post_file_work([&chore, work = std::move(work)] {
+    const Busy done{chore.busy};
+    std::string why = work();
+    const std::lock_guard lock(chore.mutex);
+    chore.problem = std::move(why);
+  });
+  if (!taken) chore.busy = false;
 }
 
-/// Once the program is confirmed: a disk that hangs holds up nothing here.
-void Engineering::State::forget_forces(std::vector<Said>& said) {
-  if (confirmed && forget && !forgetting.exchange(true)) {
-    const bool taken = server->post_file_work([this] {
-      const Busy done{forgetting};
-      forget = false;
-      std::string why = store_kept_forces(options.folder, forces.list());
-      if (!why.empty()) forget = true;
-      const std::lock_guard lock(audit_mutex);
-      forget_problem = std::move(why);
-    });
-    if (!taken) forgetting = false;
-  }
-  const std::lock_guard lock(audit_mutex);
-  if (forget_problem == forget_problem_said) return;
-  forget_problem_said = forget_problem;
-  if (!forget_problem.empty()) said.push_back({core::Severity::kWarning, "engineering: " + forget_problem});
+void Engineering::State::write_audit(std::vector<Said>& said) {
+  begin(auditing, [this] { return audit->write_waiting(); });
+  const auto problem = auditing.news();
+  if (!problem) return;
+  said.push_back(problem->empty() ? Said{core::Severity::kNote, "engineering: the audit is written again"}
+                                  : Said{core::Severity::kWarning,
+                                         fmt::format("engineering: {}: the audit {}; records wait in memory",
+                                                     core::info(core::Code::P7704).name, *problem)});
+}
+
+void Engineering::State::keep_forces(std::vector<Said>& said) {
+  if (kept_forces.is_due()) begin(keeping, [this] { return kept_forces.store(); });
+  const auto problem = keeping.news();
+  if (problem && !problem->empty()) said.push_back({core::Severity::kWarning, "engineering: " + *problem});
 }
 
 Engineering::Engineering(Options options, Identity identity, runtime::Resource& resource, ValueSource& values,
@@ -328,21 +330,24 @@ void Engineering::note_devices(Devices devices) { state_->devices.put(std::move(
 
 Engineering::~Engineering() { stop(); }
 
+void Engineering::on_sessions(std::function<void(std::string handover)> changed) {
+  state_->sessions.on_change([this, changed = std::move(changed)] { changed(handover()); });
+}
+
 std::vector<Said> Engineering::force_again(bool warm, bool trial) {
   std::vector<Said> said;
+  if (trial) state_->kept_forces.hold();
   if (warm) {
     for (std::string& one : engineering::force_again(state_->options.folder, state_->calendar.utc_ns(),
                                                      state_->clock.now_ns(), state_->forces))
       said.push_back({core::Severity::kWarning, "engineering: " + std::move(one)});
-  } else if (trial) {
-    state_->forget = true;
-  } else if (const std::string why = store_kept_forces(state_->options.folder, {}); !why.empty()) {
+  } else if (const std::string why = state_->kept_forces.store(); !why.empty()) {
     said.push_back({core::Severity::kWarning, "engineering: " + why});
   }
   return said;
 }
 
-void Engineering::confirmed() { state_->confirmed = true; }
+void Engineering::confirmed() { state_->kept_forces.release(); }
 
 std::vector<Said> Engineering::start() {
   std::vector<Said> said;
@@ -363,7 +368,7 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   State& state = *state_;
   for (const runtime::Force& over : state.forces.expire(state.clock.now_ns())) {
     // WHY: it would be forced at the next warm start, if UTC is set back.
-    if (over.kept) state.forget = true;
+    if (over.kept) state.kept_forces.note_change();
     if (state.audit)
       state.audit->add(over.owner, {}, "forces.expire", Json{{"path", over.path}, {"value", over.value}});
   }
@@ -379,7 +384,7 @@ std::vector<Said> Engineering::service(core::TimeNs now_ns) {
   if (!state.listening) return said;
   state.say_code(said);
   state.write_audit(said);
-  state.forget_forces(said);
+  state.keep_forces(said);
   state.drawn.diagrams.rest();
   if (now_ns >= state.pages_ns) {
     state.pages_ns = now_ns + kPagesNs;
@@ -397,8 +402,7 @@ void Engineering::stop() {
   if (state.program != nullptr) state.program->ending = true;
   if (state.server) state.server->stop();
   // WHY not dropped: what this program was started without would be forced at the next warm start.
-  if (state.confirmed && state.forget.exchange(false))
-    static_cast<void>(store_kept_forces(state.options.folder, state.forces.list()));
+  if (state.kept_forces.is_due()) static_cast<void>(state.kept_forces.store());
   state.presses.stop();
   if (std::exchange(state.listening, false)) state.audit->write_waiting();
 }

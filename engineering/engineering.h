@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,8 +60,12 @@ class Engineering {
   void take_over(std::string_view text);
   /// For the server that follows. Any time; after stop() nobody logs in or out any more.
   [[nodiscard]] std::string handover() const;
+  /// Who is told, on a thread of the server and before whoever asked gets the answer, that somebody has logged in or
+  /// out, with what handover() gives then. Before start().
+  void on_sessions(std::function<void(std::string handover)> changed);
   /// Before the tasks run. `warm`: what was forced to hold over such a start is forced again; else it is forgotten.
-  /// `trial`: ..on the disk after confirmed() alone, so that the program before has it if this one does not start.
+  /// `trial`: what is on the disk stays as it is until confirmed(), so that the program before has it if this one does
+  /// not start.
   std::vector<Said> force_again(bool warm, bool trial = false);
   /// The program is on trial no more.
   void confirmed();

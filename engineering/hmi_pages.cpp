@@ -120,10 +120,11 @@ std::vector<HmiOffer> offers_of_pages(const hmi::Document& document, Variables& 
   for (const hmi::Page& page : document.pages) {
     for (const hmi::Element& element : page.elements) {
       const auto* const plotted = std::get_if<std::vector<std::string>>(&element.values[hmi::key("variables")]);
-      for (const std::string& path : plotted == nullptr ? std::vector<std::string>() : *plotted) find(path, element.at);
+      for (const std::string& path : plotted == nullptr ? std::vector<std::string>() : *plotted)
+        find(path, element.place(hmi::key("variables")));
       // Of those that write, the offers tell.
       if (row_of(element.kind).use != hmi::Use::kWrites && !element.is_true(hmi::key("entered"))) {
-        find(element.text(hmi::key("variable")), element.at);
+        find(element.text(hmi::key("variable")), element.place(hmi::key("variable")));
       }
     }
   }
@@ -211,7 +212,7 @@ void HmiPages::read() {
   state_ = std::move(fresh);
 }
 
-std::optional<Problem> HmiPages::save(const std::string& version, const hmi::Document& document) {
+std::optional<Problem> HmiPages::save(const std::string& version, const hmi::Document& document, std::string& field) {
   if (file_.empty()) {
     return Problem{Code::P7779, "the program has no folder in which pages could be", {}};
   }
@@ -232,6 +233,7 @@ std::optional<Problem> HmiPages::save(const std::string& version, const hmi::Doc
     const auto& all = diagnostics.all();
     const auto error =
         std::find_if(all.begin(), all.end(), [](const auto& one) { return one.severity == core::Severity::kError; });
+    if (std::string found = hmi::field_of_line(text, error->at.line); !found.empty()) field = std::move(found);
     return Problem{error->code, error->message, error->help};
   }
   struct stat status {};

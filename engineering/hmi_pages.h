@@ -52,9 +52,10 @@ class HmiPages {
   /// Reads the file where it has changed since the last time.
   void read();
   [[nodiscard]] std::shared_ptr<const HmiState> state() const;
-  /// Replaces the file, when `version` is that of the present one. P7778; P7770 to P7775 when the document is wrong;
-  /// P7779 when the file is no document or cannot be written.
-  std::optional<core::Problem> save(const std::string& version, const hmi::Document& document);
+  /// Replaces the file, when `version` is that of the present one. P7778; P7770 to P7775 when the document is wrong,
+  /// with what is wrong in `field`: "pages[0].elements[2].low"; P7779 when the file is no document or cannot be
+  /// written.
+  std::optional<core::Problem> save(const std::string& version, const hmi::Document& document, std::string& field);
 
   /// Whether pages offer these writes to operators: each of them, with this value. P7777.
   [[nodiscard]] std::optional<core::Problem> refusal(std::span<const Variables::Write> writes) const;

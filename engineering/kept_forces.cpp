@@ -81,4 +81,14 @@ std::vector<std::string> force_again(const std::string& folder, core::TimeNs utc
   return said;
 }
 
+std::string KeptForces::store() {
+  changed_ = true;  // before it is asked whether the program is on trial: release() loses nothing
+  if (held_) return {};
+  const std::lock_guard lock(storing_);
+  changed_ = false;  // before the list is read: what changes from here on is due
+  std::string why = store_kept_forces(folder_, forces_.list());
+  if (!why.empty()) changed_ = true;
+  return why;
+}
+
 }  // namespace plc::engineering

@@ -27,6 +27,9 @@ constexpr std::array<std::string_view, 9> kSources = {".plcproj", ".TcPOU", ".Tc
                                                       ".TcTTO",   ".st",    ".iecst", ".exp"};
 constexpr const char* kImage = ".pbc";
 constexpr const char* kProject = ".project";
+/// What fingerprints begin with.
+constexpr std::string_view kOfFile = "file:";
+constexpr std::string_view kOfSources = "sources:";
 /// An image that is being looked at.
 constexpr const char* kChecked = "checked";
 
@@ -277,6 +280,13 @@ std::string ProgramStore::given() const {
   return chosen_.runs || chosen_.trial ? chosen_.given : std::string();
 }
 
+std::string ProgramStore::note_given(std::string given) {
+  const std::lock_guard lock(mutex_);
+  Chosen next = chosen_;
+  next.given = std::move(given);
+  return replace(std::move(next));
+}
+
 std::string ProgramStore::image_file(const StoredProgram& program) const {
   return folder_ + "/" + program.image + kImage;
 }
@@ -315,7 +325,7 @@ std::string fingerprint_of_folder(const fs::path& folder) {
     if (hash.empty()) return {};
     all += name + '\0' + hash + '\n';
   }
-  return sha256(all);
+  return std::string(kOfSources) + sha256(all);
 }
 
 }  // namespace
@@ -323,9 +333,20 @@ std::string fingerprint_of_folder(const fs::path& folder) {
 std::string fingerprint_of(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return fingerprint_of_folder(path);
-  if (!has_extension(path, ".plcproj")) return sha256_of_file(path);
-  const fs::path folder = fs::path(path).parent_path();
-  return fingerprint_of_folder(folder.empty() ? "." : folder);
+  if (has_extension(path, ".plcproj")) {
+    const fs::path folder = fs::path(path).parent_path();
+    return fingerprint_of_folder(folder.empty() ? "." : folder);
+  }
+  const std::string hash = sha256_of_file(path);
+  return hash.empty() ? hash : std::string(kOfFile) + hash;
+}
+
+SameFile compare_fingerprints(std::string_view kept, std::string_view now) {
+  if (kept == now) return SameFile::kYes;
+  if (kept.find(':') != std::string_view::npos) return SameFile::kNo;
+  // Of before there were prefixes: the hash of a file, or that of an archive of all that lay in a folder.
+  if (now.starts_with(kOfSources)) return SameFile::kUnknown;
+  return now == std::string(kOfFile) + std::string(kept) ? SameFile::kYes : SameFile::kNo;
 }
 
 }  // namespace plc::engineering

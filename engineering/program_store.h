@@ -6,6 +6,7 @@
 // Threads: any; blocks on the disk. Does not belong here: whether an image is good, starting it (tools/plc-run).
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -81,6 +82,8 @@ class ProgramStore {
   [[nodiscard]] std::optional<FailedStart> failed() const;
   /// FILE as it was when something else was chosen; empty when nothing was.
   [[nodiscard]] std::string given() const;
+  /// FILE is known by this from now on. Empty, or why that cannot be kept.
+  std::string note_given(std::string given);
   /// Of a stored image, and of its project.
   [[nodiscard]] std::string image_file(const StoredProgram& program) const;
   [[nodiscard]] std::string project_file(const StoredProgram& program) const;
@@ -111,9 +114,16 @@ class ProgramStore {
   bool unkept_ = false;  ///< `chosen_` is newer than what is on the disk
 };
 
-/// What tells whether FILE has changed: a hash of its content; of a folder, or a .plcproj, a hash of the source files
-/// that the compiler would read there (sources/folder.h), and of nothing else: pages, tables and logs may lie beside
-/// them. Empty when it cannot be read.
+/// What tells whether FILE has changed: "file:" and a hash of its content; of a folder, or a .plcproj, "sources:" and a
+/// hash of the source files that the compiler would read there (sources/folder.h), and of nothing else: pages, tables
+/// and logs may lie beside them. Empty when it cannot be read.
 std::string fingerprint_of(const std::string& path);
+/// Of a fingerprint that was kept and one of now.
+enum class SameFile : std::uint8_t {
+  kYes,
+  kNo,
+  kUnknown,  ///< the one that was kept is of a version that took it of other bytes
+};
+SameFile compare_fingerprints(std::string_view kept, std::string_view now);
 
 }  // namespace plc::engineering

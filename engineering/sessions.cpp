@@ -26,9 +26,12 @@ void Sessions::make_room(const std::string& user, core::TimeNs now_ns) {
 
 std::string Sessions::begin(const std::string& user, Right role, const std::string& address, core::TimeNs now_ns) {
   std::string secret = random_secret();
-  const std::lock_guard lock(mutex_);
-  make_room(user, now_ns);
-  by_hash_.emplace(hash_of_secret(secret), Session{++last_number_, user, role, address, now_ns, now_ns});
+  {
+    const std::lock_guard lock(mutex_);
+    make_room(user, now_ns);
+    by_hash_.emplace(hash_of_secret(secret), Session{++last_number_, user, role, address, now_ns, now_ns});
+  }
+  tell();
   return secret;
 }
 
@@ -55,25 +58,30 @@ bool Sessions::keep(std::uint64_t number, core::TimeNs now_ns) {
   return false;
 }
 
+template <class Ends>
+bool Sessions::end_if(Ends ends) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::erase_if(by_hash_, ends) == 0) return false;
+  }
+  tell();
+  return true;
+}
+
 void Sessions::end(std::string_view secret) {
-  const std::string hash = hash_of_secret(secret);
-  const std::lock_guard lock(mutex_);
-  by_hash_.erase(hash);
+  end_if([hash = hash_of_secret(secret)](const auto& entry) { return entry.first == hash; });
 }
 
 bool Sessions::end_number(std::uint64_t number) {
-  const std::lock_guard lock(mutex_);
-  return std::erase_if(by_hash_, [number](const auto& entry) { return entry.second.number == number; }) != 0;
+  return end_if([number](const auto& entry) { return entry.second.number == number; });
 }
 
 void Sessions::end_all_of(std::string_view user) {
-  const std::lock_guard lock(mutex_);
-  std::erase_if(by_hash_, [user](const auto& entry) { return core::iequals(entry.second.user, user); });
+  end_if([user](const auto& entry) { return core::iequals(entry.second.user, user); });
 }
 
 void Sessions::keep_if(const std::function<bool(const Session&)>& stays) {
-  const std::lock_guard lock(mutex_);
-  std::erase_if(by_hash_, [&stays](const auto& entry) { return !stays(entry.second); });
+  end_if([&stays](const auto& entry) { return !stays(entry.second); });
 }
 
 std::vector<std::pair<std::string, Session>> Sessions::kept() const {

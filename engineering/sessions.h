@@ -46,6 +46,10 @@ class Sessions {
   /// False when there is none.
   bool end_number(std::uint64_t number);
   void end_all_of(std::string_view user);
+  /// Whom to tell, on the thread of the call and before it returns, that a session has begun or was ended by a call:
+  /// one call after the other, so that what the last of them reads of the sessions is what has become of them. It must
+  /// begin and end none. Before other threads use this.
+  void on_change(std::function<void()> changed) { changed_ = std::move(changed); }
   /// Ends those of which `stays` says false.
   void keep_if(const std::function<bool(const Session&)>& stays);
   [[nodiscard]] std::vector<Session> all(core::TimeNs now_ns) const;
@@ -58,10 +62,20 @@ class Sessions {
     return now_ns - session.last_ns >= kIdleNs || now_ns - session.begin_ns >= kLongestNs;
   }
   void make_room(const std::string& user, core::TimeNs now_ns);
+  /// Whether there was one.
+  template <class Ends>
+  bool end_if(Ends ends);
+  void tell() {
+    if (!changed_) return;
+    const std::lock_guard lock(telling_);
+    changed_();
+  }
 
-  mutable std::mutex mutex_;
+  std::mutex telling_;        ///< of calls of changed_; before mutex_
+  mutable std::mutex mutex_;  ///< of what follows, but for changed_
   std::uint64_t last_number_ = 0;
   std::unordered_map<std::string, Session> by_hash_;
+  std::function<void()> changed_;
 };
 
 }  // namespace plc::engineering

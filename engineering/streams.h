@@ -3,7 +3,7 @@
 // In: texts of the client, the clock. Out: a text or binary frame when there is something new, made when it can be
 // sent. Threads: that of the connections. Does not belong here: sockets (server.cpp).
 //
-// A frame of values, little-endian:
+// A frame of values, little-endian; at least one a second, also when no value has changed:
 //   u8   1, the version of this form
 //   u8   1 when the frame has all values, as the first one after a subscription has; else 0
 //   u16  number of the subscription, as the answer to it says

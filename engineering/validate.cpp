@@ -36,7 +36,8 @@ std::optional<Refusal> wrong_value(const Json& value, const Field& field, const 
       if (!value.is_string()) return wrong(where, "must be a text");
       const auto& text = value.get_ref<const std::string&>();
       const auto size = static_cast<std::int64_t>(text.size());
-      if (size < field.low) return wrong(where, fmt::format("must have at least {} characters", field.low));
+      if (size < field.low)
+        return wrong(where, fmt::format("must have at least {} character{}", field.low, field.low == 1 ? "" : "s"));
       if (field.high != 0 && size > field.high)
         return wrong(where, fmt::format("must have at most {} characters", field.high));
       if (!field.choices.empty() && !is_choice(field.choices, text)) {

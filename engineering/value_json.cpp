@@ -7,6 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "core/integer_at.h"
 #include "core/text.h"
 #include "core/utf8.h"
 #include "core/windows_1252.h"
@@ -80,20 +81,11 @@ Json leaf_json(const ImageType& type, const std::byte* bytes) {
       return real_json(load<float>(bytes), text_of(type, bytes, runtime::ValueStyle::kNumbers));
     case Rep::kF64:
       return real_json(load<double>(bytes), text_of(type, bytes, runtime::ValueStyle::kNumbers));
-    case Rep::kI8:
-      return load<std::int8_t>(bytes);
-    case Rep::kU8:
-      return load<std::uint8_t>(bytes);
-    case Rep::kI16:
-      return load<std::int16_t>(bytes);
-    case Rep::kU16:
-      return load<std::uint16_t>(bytes);
-    case Rep::kI32:
-      return load<std::int32_t>(bytes);
-    case Rep::kU32:
-      return load<std::uint32_t>(bytes);
-    default:
+    case Rep::kI64:
+    case Rep::kU64:  // numbers of JavaScript have 53 bits
       return text_of(type, bytes, runtime::ValueStyle::kNumbers);
+    default:
+      return *core::integer_at(bytecode::rep_of(type), bytes);
   }
 }
 

@@ -237,7 +237,9 @@ std::optional<Frame> ValueStream::next() {
       append(value, bytes);
     }
   }
-  if (!any) return std::nullopt;
+  const core::TimeNs now_ns = context_.clock.now_ns();
+  if (!any && now_ns - sent_ns_ < kStillNs) return std::nullopt;
+  sent_ns_ = now_ns;
   sent_ = newest_;
   whole_ = false;
   return frame;

@@ -1,4 +1,5 @@
-// ValueStream: values of a subscription as frames (streams.h): those that have changed since the frame before.
+// ValueStream: values of a subscription as frames (streams.h): those that have changed since the frame before. When
+// none has for kStillNs, a frame without values tells scans and the clock.
 //
 // Threads: that of the connections. Does not belong here: sockets.
 #pragma once
@@ -14,6 +15,9 @@ namespace plc::engineering {
 class ValueStream final : public Stream {
  public:
   static constexpr std::size_t kMostValues = 20'000;
+  /// Longest time without a frame. WHY: clients reckon with the clock of the machine (until_ms of values.write), which
+  /// may be set.
+  static constexpr core::TimeNs kStillNs = 1'000'000'000;
 
   ValueStream(Context& context, core::TimeNs period_ns);
 
@@ -49,7 +53,8 @@ class ValueStream final : public Stream {
   core::TimeNs period_ns_;
   std::uint32_t fastest_ = 0;
   std::uint16_t number_ = 0;
-  bool whole_ = false;  ///< the next frame has all values
+  bool whole_ = false;        ///< the next frame has all values
+  core::TimeNs sent_ns_ = 0;  ///< when the latest frame was made
   std::vector<Value> values_;
   std::vector<Run> runs_;
   std::vector<std::byte> sent_, newest_;

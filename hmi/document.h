@@ -29,7 +29,19 @@ struct Element {
   std::array<Value, kKeyCount> values;  ///< by the position of the key in kKeys
   std::vector<std::string> comment;     ///< lines without their #
   core::SourceRef at;                   ///< its table
+  struct Place {
+    std::uint32_t line = 0, column = 0;
+  };
+  std::array<Place, kKeyCount> places = {};  ///< of `values`; line 0: not known
 
+  /// Where the value of a key is; its table where that is not known.
+  [[nodiscard]] core::SourceRef place(std::size_t key) const {
+    core::SourceRef place = at;
+    if (places[key].line == 0) return place;
+    place.line = places[key].line;
+    place.column = places[key].column;
+    return place;
+  }
   [[nodiscard]] std::string_view text(std::size_t key) const {
     const auto* text = std::get_if<std::string>(&values[key]);
     return text == nullptr ? std::string_view{} : *text;
@@ -62,6 +74,9 @@ struct Document {
 std::optional<Document> read_document(std::string_view text, std::string_view file, core::Diagnostics& diagnostics);
 /// The text of pages.toml: read_document() gives the same document. It checks nothing.
 std::string write_document(const Document& document);
+/// What a line (from 1) of the text of write_document() is of, as a field of pages.save: "pages[0].elements[2].low";
+/// empty: of none.
+std::string field_of_line(std::string_view written, std::uint32_t line);
 
 /// What an element lets operators write.
 struct Offer {
@@ -74,7 +89,7 @@ struct Offer {
   std::string path;
   std::optional<double> low, high;
   Value value;
-  core::SourceRef at;
+  core::SourceRef at;  ///< of the variable
 };
 std::vector<Offer> offers_of(const Document& document);
 

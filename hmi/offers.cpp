@@ -8,7 +8,7 @@ std::vector<Offer> offers_of(const Document& document) {
     for (const Element& element : page.elements) {
       Offer offer;
       offer.path = element.text(key("variable"));
-      offer.at = element.at;
+      offer.at = element.place(key("variable"));
       switch (element.kind) {
         case Kind::kSwitch:
           break;

@@ -215,7 +215,9 @@ class Reader {
                guess_help(name.str(), names));
         continue;
       }
-      element.values[static_cast<std::size_t>(row - kKeys)] = value(node, *row);
+      const auto position = static_cast<std::size_t>(row - kKeys);
+      element.values[position] = value(node, *row);
+      element.places[position] = {node.source().begin.line, node.source().begin.column};
     }
     for (std::size_t i = 0; i < kKeyCount; ++i) {
       if ((kKeys[i].required & bit(element.kind)) == 0 || element.values[i].index() != 0) continue;
@@ -223,7 +225,7 @@ class Reader {
         report(Code::P7773, element.at, fmt::format("{} of the {} is missing", kKeys[i].name, kind.name));
       }
     }
-    check(table, element);
+    check(element);
   }
 
   Value value(const toml::node& node, const KeyRow& row) {
@@ -266,11 +268,7 @@ class Reader {
   }
 
   /// What keys of one element mean for each other.
-  void check(const toml::table& table, const Element& element) {
-    const auto place = [&](std::string_view name) {
-      const toml::node* const node = table.get(name);
-      return node == nullptr ? element.at : at(*node);
-    };
+  void check(const Element& element) {
     const bool has_scale = ((bits(Kind::kSlider, Kind::kGauge, Kind::kBar, Kind::kTank) & bit(element.kind)) != 0);
     auto low = element.number(key("low")), high = element.number(key("high"));
     if (has_scale) {
@@ -278,22 +276,23 @@ class Reader {
       high = high.value_or(kHigh);
     }
     if (low && high && *low >= *high) {
-      report(Code::P7772, place("high"), fmt::format("high is {}, and should be more than low, {}", *high, *low));
+      report(Code::P7772, element.place(element.values[key("high")].index() == 0 ? key("low") : key("high")),
+             fmt::format("high is {}, and should be more than low, {}", *high, *low));
     }
     for (const std::string_view name : {"step", "seconds"}) {
-      const auto& value = element.values[name == "step" ? key("step") : key("seconds")];
-      if (const auto* number = std::get_if<double>(&value); number != nullptr && *number <= 0) {
-        report(Code::P7772, place(name), fmt::format("{} is {}, and should be more than 0", name, *number));
+      const std::size_t which = name == "step" ? key("step") : key("seconds");
+      if (const auto number = element.number(which); number && *number <= 0) {
+        report(Code::P7772, element.place(which), fmt::format("{} is {}, and should be more than 0", name, *number));
       }
     }
     const std::string_view format = element.text(key("format"));
     if (!format.empty() && !is_format(format)) {
-      report(Code::P7772, place("format"), fmt::format("\"{}\" is no format", format),
+      report(Code::P7772, element.place(key("format")), fmt::format("\"{}\" is no format", format),
              R"("0", "0.0", "0.00" .. for so many places; "16#", "2#", "8#" for bits)");
     }
     const std::string_view file = element.text(key("file"));
     if (element.kind == Kind::kPicture && element.values[key("file")].index() != 0 && !is_picture_name(file)) {
-      report(Code::P7772, place("file"), fmt::format("\"{}\" is no name of a picture", file),
+      report(Code::P7772, element.place(key("file")), fmt::format("\"{}\" is no name of a picture", file),
              "a file beside pages.toml, without a folder: .png, .jpg, .gif, .webp or .svg");
     }
   }
@@ -309,7 +308,8 @@ class Reader {
       for (const Element& element : page.elements) {
         const std::string_view to = element.text(key("page"));
         if (element.kind == Kind::kLink && !to.empty() && names.count(to) == 0) {
-          report(Code::P7775, element.at, fmt::format("there is no page \"{}\"", to), guess_help(to, names));
+          report(Code::P7775, element.place(key("page")), fmt::format("there is no page \"{}\"", to),
+                 guess_help(to, names));
         }
       }
     }

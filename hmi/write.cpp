@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "hmi/document.h"
 
 namespace plc::hmi {
@@ -64,6 +66,27 @@ std::string write_document(const Document& document) {
     }
   }
   return out;
+}
+
+std::string field_of_line(std::string_view written, std::uint32_t line) {
+  std::string page, element;
+  std::size_t pages = 0, elements = 0;
+  for (; line > 0 && !written.empty(); --line) {
+    const std::string_view text = written.substr(0, written.find('\n'));
+    written.remove_prefix(std::min(text.size() + 1, written.size()));
+    if (text == "[[page]]") {
+      page = fmt::format("pages[{}]", pages++);
+      element.clear();
+      elements = 0;
+    } else if (text == "[[page.element]]") {
+      element = fmt::format(".elements[{}]", elements++);
+    }
+    if (line > 1) continue;
+    const std::size_t end = text.starts_with('#') ? std::string_view::npos : text.find(" = ");
+    const bool has_key = end != std::string_view::npos && !page.empty();
+    return page + element + (has_key ? "." + std::string(text.substr(0, end)) : std::string());
+  }
+  return {};
 }
 
 }  // namespace plc::hmi

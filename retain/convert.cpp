@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
 
+#include "core/integer_at.h"
 #include "core/text.h"
 #include "core/types.h"
 #include "runtime/memory/global_table.h"
@@ -32,30 +32,9 @@ bool is_real(const ImageType& type) { return core::in_category(type.elementary, 
 
 /// Of a whole number. Those above the largest LINT are nothing.
 std::optional<std::int64_t> whole(const ImageType& type, const std::byte* from) {
-  switch (core::rep_of(type.elementary)) {
-    case Rep::kBool:
-    case Rep::kU8:
-      return load<std::uint8_t>(from);
-    case Rep::kI8:
-      return load<std::int8_t>(from);
-    case Rep::kI16:
-      return load<std::int16_t>(from);
-    case Rep::kU16:
-      return load<std::uint16_t>(from);
-    case Rep::kI32:
-      return load<std::int32_t>(from);
-    case Rep::kU32:
-      return load<std::uint32_t>(from);
-    case Rep::kI64:
-      return load<std::int64_t>(from);
-    case Rep::kU64: {
-      const auto value = load<std::uint64_t>(from);
-      if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) return std::nullopt;
-      return static_cast<std::int64_t>(value);
-    }
-    default:
-      return std::nullopt;
-  }
+  const Rep rep = core::rep_of(type.elementary);
+  const auto value = core::integer_at(rep, from);
+  return rep == Rep::kU64 && *value < 0 ? std::nullopt : value;
 }
 
 double real(const ImageType& type, const std::byte* from) {

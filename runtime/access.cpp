@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/guess.h"
+#include "core/integer_at.h"
 #include "core/text.h"
 #include "runtime/interpreter/operations.h"
 #include "runtime/path_lister.h"
@@ -450,27 +451,7 @@ std::optional<std::int64_t> Access::read_integer(const Place& place) const {
   } else {
     std::memcpy(value, resource_.program(place.task).table().data() + place.offset, type.size);
   }
-  switch (bytecode::rep_of(type)) {
-    case core::Rep::kBool:
-      return load<std::uint8_t>(value) != 0 ? 1 : 0;
-    case core::Rep::kI8:
-      return load<std::int8_t>(value);
-    case core::Rep::kU8:
-      return load<std::uint8_t>(value);
-    case core::Rep::kI16:
-      return load<std::int16_t>(value);
-    case core::Rep::kU16:
-      return load<std::uint16_t>(value);
-    case core::Rep::kI32:
-      return load<std::int32_t>(value);
-    case core::Rep::kU32:
-      return load<std::uint32_t>(value);
-    case core::Rep::kI64:
-    case core::Rep::kU64:
-      return load<std::int64_t>(value);
-    default:
-      return std::nullopt;
-  }
+  return core::integer_at(bytecode::rep_of(type), value);
 }
 
 std::optional<Problem> Access::write(const Place& place, std::string_view text) {

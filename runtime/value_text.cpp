@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/integer_at.h"
 #include "core/text.h"
 #include "core/utf8.h"
 #include "core/windows_1252.h"
@@ -396,35 +397,13 @@ std::optional<Problem> put_number(const ImageType& type, std::string_view text, 
   }
 }
 
-std::optional<std::int64_t> integer_at(const ImageType& type, const std::byte* bytes) {
-  switch (bytecode::rep_of(type)) {
-    case Rep::kI8:
-      return load<std::int8_t>(bytes);
-    case Rep::kU8:
-      return load<std::uint8_t>(bytes);
-    case Rep::kI16:
-      return load<std::int16_t>(bytes);
-    case Rep::kU16:
-      return load<std::uint16_t>(bytes);
-    case Rep::kI32:
-      return load<std::int32_t>(bytes);
-    case Rep::kU32:
-      return load<std::uint32_t>(bytes);
-    case Rep::kI64:
-    case Rep::kU64:
-      return load<std::int64_t>(bytes);
-    default:
-      return std::nullopt;
-  }
-}
-
 /// The value as people write it, when it has a name or is a time. False: it is a plain number.
 bool append_name(const ImageType& type, const std::byte* bytes, std::string& out) {
   if (type.kind != TypeKind::kScalar) return false;
   const bool duration = core::in_category(type.elementary, core::kAnyDuration);
   const bool date = core::in_category(type.elementary, core::kAnyDate);
   if (type.members.empty() && !duration && !date) return false;
-  const auto value = integer_at(type, bytes);
+  const auto value = core::integer_at(bytecode::rep_of(type), bytes);
   if (!value) return false;
   for (std::size_t i = 0; i < type.members.size(); ++i) {
     if (type.member_values[i] != *value) continue;
@@ -444,31 +423,19 @@ bool append_name(const ImageType& type, const std::byte* bytes, std::string& out
 
 void append_value(const ImageType& type, const std::byte* bytes, std::string& out, ValueStyle style) {
   if (style == ValueStyle::kNames && append_name(type, bytes, out)) return;
-  const bool is_character = type.kind == TypeKind::kScalar && core::in_category(type.elementary, core::kAnyChar);
-  switch (bytecode::rep_of(type)) {
+  const Rep rep = bytecode::rep_of(type);
+  if (type.kind == TypeKind::kScalar && core::in_category(type.elementary, core::kAnyChar))
+    return append_string(bytes, 1, core::rep_bytes(rep), out);
+  switch (rep) {
     case Rep::kBool:
-      out += load<std::uint8_t>(bytes) != 0 ? '1' : '0';
-      return;
     case Rep::kI8:
-      append_number(static_cast<int>(load<std::int8_t>(bytes)), out);
-      return;
     case Rep::kU8:
-      if (is_character) return append_string(bytes, 1, 1, out);
-      return append_number(static_cast<unsigned>(load<std::uint8_t>(bytes)), out);
     case Rep::kI16:
-      append_number(load<std::int16_t>(bytes), out);
-      return;
     case Rep::kU16:
-      if (is_character) return append_string(bytes, 1, 2, out);
-      return append_number(load<std::uint16_t>(bytes), out);
     case Rep::kI32:
-      append_number(load<std::int32_t>(bytes), out);
-      return;
     case Rep::kU32:
-      append_number(load<std::uint32_t>(bytes), out);
-      return;
     case Rep::kI64:
-      append_number(load<std::int64_t>(bytes), out);
+      append_number(*core::integer_at(rep, bytes), out);
       return;
     case Rep::kU64:
       append_number(load<std::uint64_t>(bytes), out);
@@ -482,7 +449,7 @@ void append_value(const ImageType& type, const std::byte* bytes, std::string& ou
     case Rep::kStr:
     case Rep::kWstr: {
       const auto length = std::min(load<core::StringHeader>(bytes).length, type.capacity);
-      append_string(bytes + sizeof(core::StringHeader), length, bytecode::rep_of(type) == Rep::kStr ? 1 : 2, out);
+      append_string(bytes + sizeof(core::StringHeader), length, rep == Rep::kStr ? 1 : 2, out);
       return;
     }
     case Rep::kRef:

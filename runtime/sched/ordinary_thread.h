@@ -15,18 +15,15 @@ namespace plc::runtime {
 
 class OrdinaryThread {
  public:
-  /// `name`: what top shows, at most 15 characters.
+  /// `name`: what top shows, at most 15 characters. Throws std::system_error when no thread is to be had.
   template <class Run>
   void start(const char* name, Run run) {
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
+    const NoSignals none;
     thread_ = std::thread([name, run] {
       static_cast<void>(set_ordinary(pthread_self()));
       pthread_setname_np(pthread_self(), name);
       run();
     });
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
   /// True from start() to join().
   [[nodiscard]] bool joinable() const { return thread_.joinable(); }
@@ -35,6 +32,19 @@ class OrdinaryThread {
   }
 
  private:
+  /// Of the calling thread, and of what it starts meanwhile: no signals.
+  struct NoSignals {
+    NoSignals() {
+      sigset_t all;
+      sigfillset(&all);
+      pthread_sigmask(SIG_SETMASK, &all, &before);
+    }
+    ~NoSignals() { pthread_sigmask(SIG_SETMASK, &before, nullptr); }
+    NoSignals(const NoSignals&) = delete;
+    NoSignals& operator=(const NoSignals&) = delete;
+    sigset_t before{};
+  };
+
   std::thread thread_;
 };
 

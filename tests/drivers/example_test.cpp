@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "tests/drivers/i2c_bus.h"
+#include "tests/support/plc_run.h"
 #include "tests/support/run_tool.h"
 
 namespace plc::test {
@@ -83,7 +84,8 @@ class Plant {
     setenv("LD_PRELOAD", PLC_I2C_BUS, 1);
     const std::string plant = scratch.file("plant.st"), configuration = scratch.file("plc.toml");
     alarm(60);
-    execl(PLC_RUN_TOOL, PLC_RUN_TOOL, plant.c_str(), "--config", configuration.c_str(), "--watch", "*", nullptr);
+    execl(PLC_RUN_TOOL, PLC_RUN_TOOL, plant.c_str(), "--config", configuration.c_str(), "--engineering", "off",
+          "--watch", "*", nullptr);
     _exit(99);
   }
   ~Plant() {
@@ -170,8 +172,7 @@ TEST_F(Example, IsCheckedBeforeItRuns) {
 TEST_F(Example, SaysThatItsBusIsNotThere) {
   configure("");
   const auto run = [&] {
-    return run_tool(
-        {PLC_RUN_TOOL, scratch.file("plant.st"), "--config", scratch.file("plc.toml"), "--duration", "500ms"});
+    return run_plant({scratch.file("plant.st"), "--config", scratch.file("plc.toml"), "--duration", "500ms"});
   };
   const auto refused = run();
   EXPECT_EQ(refused.code, 4);

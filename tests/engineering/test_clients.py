@@ -323,7 +323,9 @@ class Tls(WithPlant):
 
 class Remote(WithPlant):
     def test_what_people_do(self):
-        self.assertIn("P7710", self.plant.remote("tasks").stderr)
+        first = self.plant.remote("tasks").stderr
+        self.assertIn("P7710", first)
+        self.assertIn(f"plc remote {self.plant.url} first-user CODE USER", first)
         made = self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0] + "\n")
         self.assertEqual(made.returncode, 0, made.stderr)
         self.assertIn("as anna, admin", made.stdout)
@@ -344,7 +346,11 @@ class Remote(WithPlant):
         with open(PROJECT, "rb") as file, open(self.plant.folder + "/project", "rb") as copy:
             self.assertEqual(file.read(), copy.read())
         self.assertEqual(self.plant.remote("logout").returncode, 0)
-        self.assertIn("P7710", self.plant.remote("tasks").stderr)
+        out = self.plant.remote("tasks").stderr
+        self.assertIn("P7710", out)
+        self.assertIn(f"help: plc remote {self.plant.url} login USER\n", out)
+        self.assertNotIn("/api/", out)
+        self.assertIn("help: the token of --token", self.plant.remote("tasks", "--token", "x" * 40).stderr)
         wrong = self.plant.remote("login", "anna", secret="wrong horse")
         self.assertIn("P7712", wrong.stderr)
         self.assertEqual(self.plant.remote("login", "anna", secret=PASSWORDS[0]).returncode, 0)

@@ -1,6 +1,8 @@
 """Another program for a plant that runs: uploads, starts, stops, losses of power, devices.
 
-usage: test_upload.py PLC PLC_RUN TANK MODULE_FOLDER [unittest arguments]
+usage: test_upload.py PLC PLC_RUN TANK MODULE_FOLDER THROWS [unittest arguments]
+
+THROWS: a library with the taskblock FAULTY, which throws.
 """
 
 import glob
@@ -20,12 +22,14 @@ import threading
 import time
 import unittest
 
-PLC, PLC_RUN, TANK, MODULES = sys.argv[1:5]
+PLC, PLC_RUN, TANK, MODULES, THROWS = sys.argv[1:6]
 sys.path.insert(0, MODULES)
 import picard  # noqa: E402
 
 SWITCHES = 100
 KILLS = 25
+# Of what has to happen within the second of a trial.
+ATTEMPTS = 5
 PASSWORD = "correct horse battery"
 # While another program starts, and when the process was killed.
 AWAY = (OSError, ValueError, http.client.HTTPException)
@@ -57,12 +61,12 @@ def run(*words):
     return done.stdout
 
 
-def compiled(folder, name, text):
+def compiled(folder, name, text, *flags):
     """An image of the project: its path and its bytes."""
     source, image = os.path.join(folder, name), os.path.join(folder, name + ".pbc")
     with open(source, "w") as file:
         file.write(text)
-    run(PLC, "compile", source, "-o", image)
+    run(PLC, "compile", source, "-o", image, *flags)
     with open(image, "rb") as file:
         return image, file.read()
 
@@ -296,6 +300,18 @@ class Switches(WithFolder):
         self.plant.start()
         self.assertEqual(self.plant.program()["image"], hash_of(other))
         self.plant.stop()
+        # As a version before has noted the folder: nobody knows whether it has changed.
+        chosen = self.folder + "/state/program/chosen.json"
+        with open(chosen) as file:
+            text = file.read()
+        with open(chosen, "w") as file:
+            file.write(re.sub('"sources:[0-9a-f]{64}"', '"' + 64 * "1" + '"', text))
+        for sentence in ("what was uploaded goes on", None):
+            self.plant.start()
+            self.assertEqual(self.plant.program()["image"], hash_of(other))
+            self.assertEqual("is not known" in self.plant.text(), sentence is not None, self.plant.text())
+            self.assertIn(sentence or "", self.plant.text())
+            self.plant.stop()
         with open(self.folder + "/plant/good.st", "a") as file:
             file.write("(* another one *)\n")
         self.plant.start()
@@ -466,6 +482,77 @@ class Refusals(WithFolder):
                 self.assertEqual([force["path"] for force in plc.forces_list()["forces"]], ["%QX0.0"], kind)
         self.assertFalse(os.path.exists(self.folder + "/state/retain.previous"))
 
+    def test_a_program_that_throws_is_left(self):
+        """Without outputs there is no guardian: the process itself becomes the next one."""
+        library, config = self.folder + "/throws.so", self.folder + "/plc.toml"
+        shutil.copyfile(THROWS, library)
+        os.chmod(library, 0o755)
+        with open(config, "w") as file:
+            file.write('[taskblocks]\nlibraries = ["throws.so"]\n')
+        text = MOTOR.format(index=1).replace("VAR Index", "VAR Component : FAULTY; Index")
+        source, good = compiled(self.folder, "good.st", text, "--config", config)
+        _, bad = compiled(
+            self.folder, "bad.st", text.replace("  WHILE", "  Component(GO := Index = 1);\n  WHILE"), "--config", config
+        )
+        self.plant = Plant(source, self.folder, "--config", config)
+        before = self.plant.process.pid
+        self.plant.upload_and_start(bad)
+        now = self.plant.wait_until(lambda p: "failed" in p and p["state"] == "runs")
+        self.assertEqual(now["image"], hash_of(good))
+        self.assertEqual(now["failed"]["program"]["image"], hash_of(bad))
+        self.assertIn("pressure sensor gone", now["failed"]["why"])
+        self.assertIsNone(self.plant.process.poll())
+        self.assertEqual(self.plant.process.pid, before)
+
+    def test_forces_on_trial_are_gone_with_it(self):
+        source, good = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        # A fault after 0.9 s: late enough to force something before.
+        late = (
+            MOTOR.format(index=1)
+            .replace("VAR Index", "VAR Count : DINT; Index")
+            .replace("  WHILE", "  IF Count < 90 THEN Count := Count + 1; ELSE Index := 9; END_IF;\n  WHILE")
+        )
+        _, bad = compiled(self.folder, "bad.st", late)
+        self.plant = Plant(source, self.folder)
+        with self.plant.client() as plc:
+            plc.forces_set("%QX0.0", False, "valve is changed", warm=True)
+
+        def acts():
+            """Whether it was on trial all the time."""
+            try:
+                with self.plant.client() as plc:
+                    if plc.program()["image"] != hash_of(bad):
+                        return False
+                    plc.forces_set("%QX0.1", False, "on trial", warm=True)
+                    plc.forces_release("%QX0.0")
+                    return plc.program()["state"] == "trial"
+            except AWAY + (picard.PicardError,):
+                return False
+
+        def forced():
+            with self.plant.client() as plc:
+                return [force["path"] for force in plc.forces_list()["forces"]]
+
+        for kind in ("warm", "cold"):
+            for _ in range(ATTEMPTS):
+                starts = self.plant.program()["starts"]
+                self.plant.upload_and_start(bad, kind)
+                self.plant.wait_until(lambda p: p["image"] == hash_of(bad) or p["starts"] > starts + 1)
+                in_time = acts()
+                now = self.plant.wait_until(lambda p: p["state"] == "runs")
+                if in_time and now["image"] == hash_of(good):
+                    break
+                if now["image"] != hash_of(good):  # confirmed before its fault
+                    self.plant.upload_and_start(good)
+                    self.plant.wait_until(lambda p: p["image"] == hash_of(good) and p["state"] == "runs")
+                with self.plant.client() as plc:
+                    for path in forced():
+                        plc.forces_release(path)
+                    plc.forces_set("%QX0.0", False, "valve is changed", warm=True)
+            else:
+                self.fail("the machine is too slow for a trial of a second")
+            self.assertEqual(forced(), ["%QX0.0"], kind)
+
     def test_a_trial_that_cannot_be_noted_is_none(self):
         source, good = compiled(self.folder, "good.st", MOTOR.format(index=1))
         _, other = compiled(self.folder, "other.st", MOTOR.format(index=2))
@@ -624,16 +711,105 @@ poll = "20ms"
             self.plant.start()
             self.wait_for_coils(True, True)
 
+    def dies_on_trial(self, before=lambda: None, meanwhile=lambda: None):
+        """The runtime of another program dies on trial, after `meanwhile`; when it was none any more, all of it again."""
+        for _ in range(ATTEMPTS):
+            before()
+            self.plant.upload_and_start(self.other)
+            self.plant.wait_until(lambda p: p["image"] == hash_of(self.other))
+            children = subprocess.run(["pgrep", "-P", str(self.plant.process.pid)], capture_output=True, text=True).stdout.split()
+            self.assertEqual(len(children), 1, "the runtime of the guardian")
+            meanwhile()
+            os.kill(int(children[0]), signal.SIGKILL)
+            until = time.monotonic() + 30
+            # The guardian of a program that stays ends with its runtime.
+            while self.plant.process.poll() is None:
+                try:
+                    with self.plant.client() as plc:
+                        now = plc.program()
+                    if "failed" in now and now["state"] == "runs":
+                        return
+                except AWAY:
+                    pass
+                self.assertLess(time.monotonic(), until, self.plant.text())
+                time.sleep(0.02)
+            self.tearDown()
+            self.setUp()
+        self.fail("the machine is too slow for a trial of a second")
+
     def test_a_runtime_that_dies_in_the_first_second_is_left(self):
-        self.plant.upload_and_start(self.other)
-        self.plant.wait_until(lambda p: p["image"] == hash_of(self.other) and p["state"] == "trial")
-        children = subprocess.run(["pgrep", "-P", str(self.plant.process.pid)], capture_output=True, text=True).stdout.split()
-        self.assertEqual(len(children), 1, "the runtime of the guardian")
-        os.kill(int(children[0]), signal.SIGKILL)
-        now = self.plant.wait_until(lambda p: "failed" in p and p["state"] == "runs")
-        self.assertEqual(now["image"], hash_of(self.good))
+        self.dies_on_trial()
+        self.assertEqual(self.plant.program()["image"], hash_of(self.good))
         self.wait_for_coils(True, True)
         self.assertEqual(self.plant.stop(), 0)
+
+    def test_who_logs_out_on_trial_stays_out_when_it_dies(self):
+        tokens = {}
+
+        def log_in():
+            with self.plant.client() as plc:
+                for who in ("stays", "leaves"):
+                    tokens[who] = plc.login("anna", PASSWORD, token=True)["token"]
+
+        def log_out():
+            with picard.Plc(self.plant.url, tokens["leaves"]) as plc:
+                plc.logout()
+
+        self.dies_on_trial(log_in, log_out)
+        with picard.Plc(self.plant.url, tokens["stays"]) as plc:
+            self.assertEqual(plc.session()["user"], "anna")
+        with picard.Plc(self.plant.url, tokens["leaves"]) as plc:
+            with self.assertRaises(picard.PicardError) as caught:
+                plc.session()
+        self.assertEqual(caught.exception.status, 401)
+
+
+class Disks(WithFolder):
+    def hang(self):
+        time.sleep(0.5)  # what has happened until now is in the audit
+        # Who opens it waits for a reader who never comes.
+        os.mkfifo(self.folder + "/state/engineering/audit.head.new")
+        with self.plant.client() as plc:
+            plc.login("anna", PASSWORD, token=True)
+        time.sleep(0.5)
+
+    def check_end(self, end, code, shortest, longest):
+        begin = time.monotonic()
+        self.assertEqual(end(), code, self.plant.text())
+        self.assertGreater(time.monotonic() - begin, shortest, "a disk may be slow")
+        # TimeoutStopSec of the unit, and stop_timeout_ns of the guardian.
+        self.assertLess(time.monotonic() - begin, longest, self.plant.text())
+        self.assertIn("the end takes too long: perhaps a disk hangs", self.plant.text())
+
+    def test_one_that_hangs_does_not_hold_up_the_end_for_ever(self):
+        source, _ = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        self.plant = Plant(source, self.folder)
+        self.hang()
+        self.check_end(self.plant.stop, 3, 8, 15)
+
+    def test_with_a_guardian_the_end_comes_before_that_one_has_no_patience_any_more(self):
+        source, _ = compiled(self.folder, "good.st", MOTOR.format(index=1))
+        with open(self.folder + "/plc.toml", "w") as file:
+            file.write('[drivers.panel]\nkind = "modbus"\nbus = "127.0.0.1:%d"\n' % Coils().port)
+            file.write('[outputs]\n"%QX0.0" = { driver = "panel", table = "coils", address = 0, safe = false }\n')
+        self.plant = Plant(source, self.folder, "--config", self.folder + "/plc.toml")
+        self.hang()
+        self.check_end(self.plant.stop, 3, 3, 6)
+        self.assertNotIn("it was killed", self.plant.text())
+
+    def test_a_fault_that_stops_the_plant_is_no_reason_to_start_it_again(self):
+        text = (
+            MOTOR.format(index=1)
+            .replace("VAR Index", "VAR_EXTERNAL Break : BOOL; END_VAR\nVAR Index")
+            .replace("WHILE Index = 9 DO", "WHILE Break DO")
+            .replace("  RESOURCE", "  VAR_GLOBAL Break : BOOL; END_VAR\n  RESOURCE")
+        )
+        source, _ = compiled(self.folder, "good.st", text)
+        self.plant = Plant(source, self.folder, "--on-fault", "stop")
+        self.hang()
+        with self.plant.client() as plc:
+            plc.values_write([{"path": "Break", "value": True}])
+        self.check_end(lambda: self.plant.process.wait(60), 1, 8, 20)
 
 
 class Alarms(WithFolder):
@@ -697,4 +873,4 @@ class Remote(WithFolder):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1] + sys.argv[5:])
+    unittest.main(argv=sys.argv[:1] + sys.argv[6:])

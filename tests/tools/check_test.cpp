@@ -283,6 +283,40 @@ TEST(Check, TablesBesideAProjectAreCheckedToo) {
   EXPECT_EQ(run_tool({PLC_TOOL, "check", "--config", scratch.file("station/plc.toml"), file}).code, 0);
 }
 
+TEST(Check, GlobalsThatAreNamedBesideTheProjectAreUsed) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("plant.st"), configuration = scratch.file("plc.toml");
+  write_text(file,
+             "PROGRAM Main VAR n : INT; END_VAR\n  n := n + 1;\nEND_PROGRAM\n"
+             "CONFIGURATION C\n"
+             "  VAR_GLOBAL Forces, Programs, Hot, Quiet, Level, Shown, Plotted, Spare : BOOL; END_VAR\n"
+             "  RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM main WITH T : Main;\n"
+             "  END_RESOURCE\n"
+             "END_CONFIGURATION\n");
+  const auto unused = [&] {
+    const auto result = run_tool({PLC_TOOL, "check", "--config", configuration, file});
+    std::string names;
+    for (const char* const name : {"Forces", "Programs", "Hot", "Quiet", "Level", "Shown", "Plotted", "Spare"}) {
+      if (result.err.find("P4301: global variable \"" + std::string(name) + "\" is not used") != std::string::npos)
+        names += std::string(names.empty() ? "" : " ") + name;
+    }
+    return names;
+  };
+  write_text(configuration, "");
+  EXPECT_EQ(unused(), "Forces Programs Hot Quiet Level Shown Plotted Spare");
+  write_text(configuration, "[engineering]\nno_force = \"Forces\"\nno_program = \"programs\"\n");
+  EXPECT_EQ(unused(), "Hot Quiet Level Shown Plotted Spare");
+  write_text(scratch.file("alarms.toml"), "[[alarm]]\nvariable = \"Hot\"\nsuppress = \"Quiet\"\ntext = \"hot\"\n");
+  EXPECT_EQ(unused(), "Level Shown Plotted Spare");
+  write_text(scratch.file("historian.toml"), "[historian]\ntags = [\"Level\", \"*\"]\n");
+  EXPECT_EQ(unused(), "Shown Plotted Spare") << "a pattern takes what there is";
+  write_text(scratch.file("pages.toml"),
+             "[[page]]\nname = \"p\"\ncolumns = 12\nrows = 8\n"
+             "[[page.element]]\nkind = \"lamp\"\nx = 0\ny = 0\nwidth = 1\nheight = 1\nvariable = \"Shown\"\n"
+             "[[page.element]]\nkind = \"plot\"\nx = 2\ny = 2\nwidth = 4\nheight = 3\nvariables = [\"Plotted\"]\n");
+  EXPECT_EQ(unused(), "Spare");
+}
+
 TEST(Check, ReportAccountsForElements) {
   const auto result = run_tool({PLC_TOOL, "report", tank()});
   EXPECT_EQ(result.code, 0) << result.err;

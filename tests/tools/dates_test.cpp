@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -85,8 +86,8 @@ TEST_F(DateOptions, APlantHasTheZoneOfItsConfiguration) {
              "PROGRAM Main VAR Offset : TIME; Clock : SYS_TIME; END_VAR Clock(); Offset := Clock.OFFSET; END_PROGRAM\n"
              "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#10ms, PRIORITY := 0);\n"
              "  PROGRAM main WITH T : Main; END_RESOURCE END_CONFIGURATION\n");
-  const auto result = run_tool({PLC_RUN_TOOL, scratch.file("zone.st"), "--config", scratch.file("plc.toml"),
-                                "--duration", "600ms", "--watch", "main.Offset"});
+  const auto result = run_plant(
+      {scratch.file("zone.st"), "--config", scratch.file("plc.toml"), "--duration", "600ms", "--watch", "main.Offset"});
   EXPECT_EQ(result.code, 0) << result.all();
   EXPECT_NE(result.out.find("main.Offset=T#5h"), std::string::npos) << result.all();
 }

@@ -69,6 +69,10 @@ TEST(DoctorCommand, RefusesWhatMakesNoSense) {
   EXPECT_EQ(run_tool({PLC_TOOL, "doctor", scratch.file("nowhere.toml")}).code, 2);
   EXPECT_EQ(run_tool({PLC_TOOL, "doctor", scratch.file("nowhere.st")}).code, 2);
   EXPECT_EQ(run_tool({PLC_TOOL, "doctor", "--process", "x"}).code, 2);
+  const auto nobody = run_tool({PLC_TOOL, "doctor", "--process", "4194305"});  // one more than the kernel ever gives
+  EXPECT_EQ(nobody.code, 2);
+  EXPECT_EQ(nobody.out, "");
+  EXPECT_NE(nobody.err.find("there is no process 4194305"), std::string::npos) << nobody.err;
   const auto two = run_tool({PLC_TOOL, "doctor", scratch.file("plc.toml"), "--config", scratch.file("plc.toml")});
   EXPECT_EQ(two.code, 2);
   EXPECT_NE(two.err.find("two configurations"), std::string::npos) << two.err;

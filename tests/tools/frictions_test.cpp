@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -52,7 +53,7 @@ TEST(ProjectLibraries, JoinForEveryCommandThatTakesTheConfiguration) {
       {PLC_TOOL, "explain", f.project, "--schedule", "--config", f.configuration},
       {PLC_TOOL, "config", "init", f.project, "--config", f.configuration},
       {PLC_TOOL, "config", "check", f.configuration, f.project},
-      {PLC_RUN_TOOL, f.project, "--cycles", "1", "--config", f.configuration},
+      plc_run({f.project, "--cycles", "1", "--config", f.configuration}),
   };
   for (const auto& command : commands) {
     const auto result = run_tool(command);
@@ -68,18 +69,18 @@ TEST(ProjectLibraries, OnesThatAreNotThereAreReportedAtTheirLine) {
   const WithLibrary f;
   write_text(f.configuration, "[project]\nlibraries = [\"../lib/drives.st\", \"pumps.st\"]\n");
   const auto result = run_tool({PLC_TOOL, "check", f.project, "--config", f.configuration});
-  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(result.code, 1);
   EXPECT_TRUE(has(result.err, f.configuration + ":2:34: error P7001: library")) << result.err;
   EXPECT_TRUE(has(result.err, "pumps.st")) << result.err;
-  EXPECT_NE(run_tool({PLC_TOOL, "config", "check", f.configuration, f.project}).code, 0);
-  EXPECT_EQ(run_tool({PLC_RUN_TOOL, f.project, "--cycles", "1", "--config", f.configuration}).code, 2);
+  EXPECT_EQ(run_tool({PLC_TOOL, "config", "check", f.configuration, f.project}).code, 1);
+  EXPECT_EQ(run_plant({f.project, "--cycles", "1", "--config", f.configuration}).code, 1);
 }
 
 TEST(HelpLines, PrintTheCommandWithItsFlags) {
   const WithLibrary f;
   const auto map = run_tool({PLC_TOOL, "map", f.project, "--lib", f.library, "--profile=overlay"});
   EXPECT_TRUE(has(map.err, "plc map " + f.project + " --profile=overlay --lib " + f.library + " --freeze")) << map.err;
-  const auto run = run_tool({PLC_RUN_TOOL, f.project, "--lib", f.library, "--cycles", "1", "--modbus", "127.0.0.1:0"});
+  const auto run = run_plant({f.project, "--lib", f.library, "--cycles", "1", "--modbus", "127.0.0.1:0"});
   ASSERT_EQ(run.code, 0) << run.all();
   EXPECT_TRUE(has(run.out, "plc map " + f.project + " --lib " + f.library + " --freeze")) << run.out;
   const std::string blank = f.scratch.file("two words.st");
@@ -128,8 +129,7 @@ TEST(Watch, ShowsEnumerationsByNameAndTimesAsLiterals) {
   EXPECT_TRUE(has(names.out, "\n0,0,Filling,T#1s500ms,")) << names.out;
   const auto numbers = run_tool({PLC_TOOL, "sim", file, "--cycles", "1", "--watch", "main.s", "--values=numbers"});
   EXPECT_TRUE(has(numbers.out, "\n0,0,1\n")) << numbers.out;
-  const auto live =
-      run_tool({PLC_RUN_TOOL, file, "--cycles", "30", "--modbus", "off", "--engineering", "off", "--watch", "main.*"});
+  const auto live = run_plant({file, "--cycles", "30", "--watch", "main.*"});
   EXPECT_TRUE(has(live.out, "main.s=Filling main.t=T#1s500ms main.d=D#2024-02-29")) << live.out;
 }
 
@@ -288,12 +288,12 @@ TEST(SimulateIo, RunsAConfigurationWithoutItsDevices) {
              "[drivers.panel]\nkind = \"gpio\"\nchip = \"gpiochip99\"\n[modbus]\nlisten = \"off\"\n[inputs]\n"
              "\"%IX0.0\" = { driver = \"panel\", channel = 17, bias = \"pull-up\", latch = \"rising\" }\n"
              "[outputs]\n\"%QX0.0\" = { driver = \"panel\", channel = 22, drive = \"open-drain\" }\n");
-  const auto without = run_tool({PLC_RUN_TOOL, file, "--config", configuration, "--cycles", "3"});
+  const auto without = run_plant({file, "--config", configuration, "--cycles", "3"});
   EXPECT_EQ(without.code, 4);
   EXPECT_TRUE(has(without.err, "P7401")) << without.err;
   write_text(scratch.file("in.csv"), "time_ms,%IX0.0\n0,1\n");
-  const auto result = run_tool({PLC_RUN_TOOL, file, "--config", configuration, "--cycles", "30", "--simulate-io",
-                                "--stimulus", scratch.file("in.csv"), "--watch", "main.Motor"});
+  const auto result = run_plant({file, "--config", configuration, "--cycles", "30", "--simulate-io", "--stimulus",
+                                 scratch.file("in.csv"), "--watch", "main.Motor"});
   EXPECT_EQ(result.code, 0) << result.all();
   EXPECT_TRUE(has(result.out, "--simulate-io: no device is touched")) << result.out;
   EXPECT_TRUE(has(result.out, "main.Motor=1")) << result.out;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -47,7 +48,7 @@ TEST(Libraries, JoinTheProjectOnEveryCommand) {
   }
   ASSERT_EQ(run_tool({PLC_TOOL, "compile", l.user, "--lib", l.library, "-o", l.image}).code, 0);
   EXPECT_EQ(run_tool({PLC_TOOL, "config", "init", "--lib", l.library, l.user}).code, 0);
-  EXPECT_EQ(run_tool({PLC_RUN_TOOL, l.user, "--lib", l.library, "--duration", "30ms"}).code, 0);
+  EXPECT_EQ(run_plant({l.user, "--lib", l.library, "--duration", "30ms"}).code, 0);
   // An image has its libraries in it.
   EXPECT_EQ(run_tool({PLC_TOOL, "sim", l.image, "--cycles", "1"}).code, 0);
   EXPECT_EQ(run_tool({PLC_TOOL, "sim", l.image, "--lib", l.library}).code, 2);

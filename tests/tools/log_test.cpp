@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -73,10 +74,9 @@ class RunLog : public testing::Test {
     return scratch.file("plant.st");
   }
   ToolResult run(const std::string& text, std::vector<std::string> more, const std::string& duration = "300ms") {
-    std::vector<std::string> words = {PLC_RUN_TOOL,    project(text), "--modbus",   "off",
-                                      "--engineering", "off",         "--duration", duration};
+    std::vector<std::string> words = {project(text), "--duration", duration};
     words.insert(words.end(), more.begin(), more.end());
-    return run_tool(words);
+    return run_plant(words);
   }
   /// Every line is an object; those with this value of `name`.
   static std::vector<nlohmann::json> records(const std::string& text, const std::string& name,
@@ -157,8 +157,7 @@ TEST_F(RunLog, AFileHasAllOfItAndStreamsStayAsTheyAre) {
 TEST_F(RunLog, IsConfiguredInPlcToml) {
   write_text(scratch.file("plc.toml"),
              "[modbus]\nlisten = \"off\"\n[log]\nformat = \"json\"\nfile = \"plant.jsonl\"\nlevel = \"warning\"\n");
-  const auto result =
-      run_tool({PLC_RUN_TOOL, project(kFaulting), "--duration", "300ms", "--config", scratch.file("plc.toml")});
+  const auto result = run_plant({project(kFaulting), "--duration", "300ms", "--config", scratch.file("plc.toml")});
   EXPECT_EQ(result.code, 1) << result.all();
   const std::string text = read_text(scratch.file("plant.jsonl"));
   EXPECT_EQ(records(text, "code", "R1001").size(), 1u) << text;
@@ -171,6 +170,21 @@ TEST_F(RunLog, ADiskThatIsFullHoldsNothingUpAndIsTold) {
   EXPECT_TRUE(contains(result.err, "warning: P7620: the log cannot be written to /dev/full: No space left on device"))
       << result.all();
   EXPECT_TRUE(contains(result.out, "ends after 1.5")) << result.all();
+}
+
+TEST_F(RunLog, WhatAFileNeverGetsIsOnStderrOnce) {
+  const auto result = run(kFaulting, {"--log", "text:" + scratch.file("none/plant.log"), "--on-fault", "continue"});
+  EXPECT_EQ(result.code, 1);
+  const auto times = [&result](const std::string& part) {
+    std::size_t count = 0;
+    for (const std::string& line : lines_of(result.err)) count += contains(line, part) ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(times("warning: P7620: the log cannot be written to "), 1u) << result.all();
+  EXPECT_EQ(times("error: fault R1001: "), 1u) << result.all();
+  // What stdout has is not said again.
+  EXPECT_TRUE(contains(result.out, "task Fast: every 5ms")) << result.all();
+  EXPECT_EQ(times("task Fast: every 5ms"), 0u) << result.all();
 }
 
 TEST_F(RunLog, AnEndIsNotDelayedByAPipeThatNobodyReads) {
@@ -263,7 +277,7 @@ TEST_F(RunLog, IsTheJournalWhereStderrIs) {
   for (ssize_t n = 0; (n = read(ends[0], part, sizeof part)) > 0;) text.append(part, static_cast<std::size_t>(n));
   close(ends[0]);
   EXPECT_TRUE(contains(text, "P7620: the log cannot be written to the journal: No such file or directory")) << text;
-  EXPECT_FALSE(contains(text, "fault R1001")) << text;
+  EXPECT_TRUE(contains(text, "error: fault R1001")) << "an operator has to learn of it: " << text;
 }
 
 TEST_F(RunLog, RefusesOtherPlaces) {

@@ -285,8 +285,8 @@ TEST(PlcRunModbus, ServesTcpAndALineAtOnce) {
                                            cable.path(0) + "\"\nline = \"115200 8E1\"\nunit = 5\n");
   ToolResult plant;
   std::thread running([&] {
-    plant = run_tool(
-        {PLC_RUN_TOOL, scratch.file("plant.st"), "--config", scratch.file("plc.toml"), "--duration", "6s", "--stats"});
+    plant = run_tool({PLC_RUN_TOOL, scratch.file("plant.st"), "--config", scratch.file("plc.toml"), "--engineering",
+                      "off", "--duration", "6s", "--stats"});
   });
   const auto on_line = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {PLC_TOOL, "modbus"});

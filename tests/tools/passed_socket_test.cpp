@@ -114,7 +114,7 @@ class PassedSocket : public testing::Test {
 
 TEST_F(PassedSocket, IsServed) {
   const Socket socket;
-  Activated run({socket.fd()}, {plant});
+  Activated run({socket.fd()}, {plant, "--engineering", "off"});
   EXPECT_TRUE(run.says("modbus: listening on " + socket.text())) << run.said();
   ModbusClient client(socket.port());
   EXPECT_TRUE(client.ask(pdu_of(4, {8192, 1})).is_normal());
@@ -125,7 +125,7 @@ TEST_F(PassedSocket, CountsBeforeTheAddressOfTheConfiguration) {
   const Socket socket;
   const std::string toml = scratch.file("plc.toml");
   write_text(toml, "[modbus]\nlisten = \"127.0.0.1:1\"\n");
-  Activated run({socket.fd()}, {plant, "--config", toml});
+  Activated run({socket.fd()}, {plant, "--config", toml, "--engineering", "off"});
   EXPECT_TRUE(run.says("the socket " + socket.text() + " that the service manager opened counts, not 127.0.0.1:1"))
       << run.said();
   EXPECT_TRUE(ModbusClient(socket.port()).ask(pdu_of(4, {8192, 1})).is_normal());
@@ -141,7 +141,7 @@ TEST_F(PassedSocket, IsNotServedWhenModbusIsOff) {
 
 TEST_F(PassedSocket, IsTheOnlyOneAndListens) {
   const Socket first, second, silent(/*listens=*/false);
-  Activated run({silent.fd(), first.fd(), second.fd()}, {plant});
+  Activated run({silent.fd(), first.fd(), second.fd()}, {plant, "--engineering", "off"});
   EXPECT_TRUE(run.says("descriptor 3 that systemd passed is no TCP socket that listens")) << run.said();
   EXPECT_TRUE(run.says("the socket " + second.text() + " that systemd passed is not served: one is, " + first.text()));
   EXPECT_TRUE(run.says("modbus: listening on " + first.text())) << run.said();
@@ -151,7 +151,8 @@ TEST_F(PassedSocket, IsTheOnlyOneAndListens) {
 class PlantFolder : public testing::Test {
  protected:
   [[nodiscard]] ToolResult run(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> words = {PLC_RUN_TOOL, "--plant", scratch.file(""), "--cycles", "3"};
+    std::vector<std::string> words = {PLC_RUN_TOOL,    "--plant", scratch.file(""), "--cycles", "3",
+                                      "--engineering", "off"};
     words.insert(words.end(), more.begin(), more.end());
     return run_tool(words);
   }
@@ -164,7 +165,7 @@ TEST_F(PlantFolder, IsItsOneProject) {
   put("plant_test.st", "TEST \"t\" END_TEST");
   put(".plant.st.swp.st", "");
   put("stimulus.csv", "");
-  const ToolResult result = run({"--modbus", "off", "--engineering", "off"});
+  const ToolResult result = run({"--modbus", "off"});
   EXPECT_EQ(result.code, 0) << result.all();
   EXPECT_TRUE(contains(result.out, "plant.st with 1 task")) << result.out;
 }

@@ -248,6 +248,22 @@ TEST_F(Stays, APortThatIsTakenIsTriedAgain) {
   EXPECT_EQ(run.wait(), 0);
 }
 
+TEST_F(Stays, ItsEndSaysThatItsGuardianHasDied) {
+  write_text(scratch.file("plc.toml"),
+             "[drivers.panel]\nkind = \"modbus\"\nbus = \"127.0.0.1:1\"\n[outputs]\n"
+             "\"%QW0\" = { driver = \"panel\", table = \"holding-registers\", address = 0, safe = 0 }\n");
+  Pipe out, err;
+  Running run({project(counting()), "--config", scratch.file("plc.toml"), "--modbus", "off", "--engineering", "off"},
+              out.ends[1], err.ends[1]);
+  ASSERT_TRUE(out.shows("guardian: drives the safe values")) << out.seen << err.seen;
+  ASSERT_TRUE(out.shows("engineering: off")) << out.seen;
+  std::this_thread::sleep_for(milliseconds(300));
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.wait(), -SIGKILL) << "the guardian is the parent";
+  EXPECT_TRUE(out.shows("s: the guardian (process ")) << out.seen;
+  EXPECT_TRUE(out.shows(") has died\n")) << out.seen;
+}
+
 TEST_F(Stays, AStopAfterHandledFaultsIsNoFailure) {
   const std::string file = project(counting(true));
   const auto ended = [&](const std::string& policy, std::vector<std::string> more, const std::string& why) {

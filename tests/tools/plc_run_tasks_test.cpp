@@ -9,6 +9,7 @@
 
 #include "io-drivers/config/plan_tasks.h"
 #include "tests/support/golden.h"
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -69,9 +70,9 @@ ToolResult run(const std::string& project, const std::string& toml, std::vector<
   const ScratchFolder scratch;
   write_text(scratch.file("plant.st"), project);
   write_text(scratch.file("plc.toml"), kOutputs + toml);
-  std::vector<std::string> arguments = {PLC_RUN_TOOL, scratch.file("plant.st"), "--config", scratch.file("plc.toml")};
+  std::vector<std::string> arguments = {scratch.file("plant.st"), "--config", scratch.file("plc.toml")};
   arguments.insert(arguments.end(), more.begin(), more.end());
-  return run_tool(arguments, 60);
+  return run_plant(arguments);
 }
 
 using Values = std::map<std::string, std::string>;
@@ -279,8 +280,8 @@ TEST(RunTasks, TheExampleMakesAPart) {
   const std::vector<int> cpus = io::available_cpus();
   if (std::find(cpus.begin(), cpus.end(), 0) == cpus.end()) GTEST_SKIP() << "its plc.toml names processor 0";
   const std::string folder = PLC_EXAMPLES "/three_tasks/";
-  const ToolResult result = run_tool({PLC_RUN_TOOL, folder + "press.st", "--config", folder + "plc.toml", "--modbus",
-                                      "off", "--duration", "2500ms", "--watch", "Parts", "--watch", "Clamp"});
+  const ToolResult result = run_plant({folder + "press.st", "--config", folder + "plc.toml", "--duration", "2500ms",
+                                       "--watch", "Parts", "--watch", "Clamp"});
   ASSERT_EQ(result.code, 0) << result.all();
   const std::vector<Values> seen = watched(result.out);
   ASSERT_FALSE(seen.empty()) << result.out;

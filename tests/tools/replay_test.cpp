@@ -1,4 +1,4 @@
-// plc sim --record and plc replay.
+// plc sim --record, recordings of plc-run, and plc replay.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/golden.h"
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -255,6 +256,71 @@ TEST(ReplayCommand, APieceBecomesATestThatGivesTheSame) {
   EXPECT_EQ(missing.code, 2) << missing.all();
 }
 
+/// Two tasks that count, one of them after 30 ms, and a timer that is over between two scans.
+std::string two_counters() {
+  return "PROGRAM Quick\n"
+         "VAR n : DINT; On : BOOL; Delay : TON; END_VAR\n"
+         "  n := n + 1;\n"
+         "  Delay(IN := n > 4, PT := T#250ms);\n"
+         "  On := Delay.Q;\n"
+         "END_PROGRAM\n"
+         "PROGRAM Slow\n"
+         "VAR n : DINT; END_VAR\n"
+         "  n := n + 1;\n"
+         "END_PROGRAM\n"
+         "CONFIGURATION C RESOURCE R ON PLC\n"
+         "  TASK A(INTERVAL := T#100ms, PRIORITY := 0); TASK B(INTERVAL := T#200ms, PRIORITY := 1);\n"
+         "  PROGRAM quick WITH A : Quick; PROGRAM slow WITH B : Slow;\n"
+         "END_RESOURCE END_CONFIGURATION\n";
+}
+
+/// What plc-run has recorded of it in 2.5 s, with this plc.toml.
+std::string recorded_by_plc_run(const ScratchFolder& scratch, const std::string& file, const std::string& toml) {
+  const std::string folder = scratch.file("records"), configuration = scratch.file("plc.toml");
+  std::filesystem::remove_all(folder);
+  write_text(configuration, toml);
+  const auto ran = run_plant({file, "--config", configuration, "--duration", "2500ms", "--record", folder});
+  EXPECT_EQ(ran.code, 0) << ran.all();
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) return entry.path().string();
+  return {};
+}
+
+// Scans of a plant begin some microseconds after their release, each task at another time; a test has no latencies.
+TEST(ReplayCommand, APieceOfAPlantBecomesATestThatGivesTheSame) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st"), folder = scratch.file("case");
+  write_text(file, two_counters());
+  for (const char* const toml : {"", "[tasks.B]\noffset = \"30ms\"\n"}) {
+    ToolResult made;
+    // A machine that is busy may begin a scan after the next release.
+    for (int attempt = 0; attempt < 3; ++attempt) {
+      const std::string record = recorded_by_plc_run(scratch, file, toml);
+      std::filesystem::remove_all(folder);
+      made = run_tool({PLC_TOOL, "replay", record, "--from", "300ms", "--test", folder, "--project", file, "--watch",
+                       "quick.n", "--watch", "quick.On", "--watch", "slow.n"});
+      if (made.code == 0) break;
+    }
+    EXPECT_EQ(made.code, 0) << toml << made.all();
+    EXPECT_TRUE(has(made.out, "it gives what was recorded")) << made.all();
+    EXPECT_TRUE(has(made.out, "cycles from 200ms on")) << made.out;
+    EXPECT_FALSE(has(made.err, "their phases are lost")) << made.err;
+    const std::string expected = read_text(folder + "/expected.csv");
+    EXPECT_TRUE(has(expected, "cycle,time_ms,quick.n,quick.On,slow.n\n0,0,3,0,2\n1,100,4,0,2\n2,200,5,0,3\n"))
+        << expected;
+    EXPECT_EQ(run_tool({PLC_TOOL, "test", folder}).code, 0);
+  }
+}
+
+TEST(ReplayCommand, ATraceOfAPlantCountsFromItsFirstScan) {
+  const ScratchFolder scratch;
+  const std::string file = scratch.file("p.st");
+  write_text(file, two_counters());
+  const std::string record = recorded_by_plc_run(scratch, file, "");
+  const auto traced = run_tool({PLC_TOOL, "replay", record, "--watch", "quick.n"});
+  EXPECT_EQ(traced.code, 0) << traced.all();
+  EXPECT_TRUE(has(traced.out, "cycle,time_ms,quick.n\n0,0,")) << traced.out;
+}
+
 TEST(ReplayCommand, AFaultBecomesATest) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("p.st"), record = scratch.file("p.rec"), folder = scratch.file("case");
@@ -306,8 +372,7 @@ TEST(ReplayCommand, SaysWhatIsWrong) {
 TEST(ReplayCommand, PlcRunRecordsAndItsScansGiveTheSame) {
   const ScratchFolder scratch;
   const std::string folder = scratch.file("records");
-  const auto ran = run_tool(
-      {PLC_RUN_TOOL, three_tasks(), "--cycles", "300", "--modbus", "off", "--engineering", "off", "--record", folder});
+  const auto ran = run_plant({three_tasks(), "--cycles", "300", "--record", folder});
   ASSERT_EQ(ran.code, 0) << ran.all();
   EXPECT_TRUE(has(ran.out, "recording into " + folder + "/plant-")) << ran.out;
   EXPECT_TRUE(has(ran.out, " scans, 0 left out; ")) << ran.out;
@@ -360,8 +425,7 @@ TEST(ReplayCommand, APlantRunsWithoutARecordingThatCannotBe) {
   const ScratchFolder scratch;
   const std::string file = scratch.file("no-folder");
   write_text(file, "a file");
-  const auto ran = run_tool(
-      {PLC_RUN_TOOL, three_tasks(), "--cycles", "20", "--modbus", "off", "--engineering", "off", "--record", file});
+  const auto ran = run_plant({three_tasks(), "--cycles", "20", "--record", file});
   EXPECT_EQ(ran.code, 0) << ran.all();
   EXPECT_TRUE(has(ran.err, "no-folder")) << ran.err;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -109,12 +110,12 @@ TEST(Retained, WithoutAFolderItIsSaidThatNothingIsKept) {
   ASSERT_EQ(run_tool({PLC_TOOL, "compile", plant.file, "-o", image}).code, 0);
   EXPECT_EQ(run_tool({PLC_TOOL, "check", plant.file}).err, "");
   for (const std::string& started : {plant.file, image}) {
-    const auto run = run_tool({PLC_RUN_TOOL, started, "--cycles", "1", "--modbus", "off", "--engineering", "off"});
+    const auto run = run_plant({started, "--cycles", "1"});
     EXPECT_EQ(run.code, 0) << run.all();
     EXPECT_TRUE(has(run.err, "warning P7610: 5 retained variables are not kept")) << run.err;
     EXPECT_TRUE(has(run.err, "main.c[1].n, main.c[2].n, ")) << run.err;
   }
-  const auto none = run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--modbus", "off", "--engineering", "off"});
+  const auto none = run_plant({tank(), "--cycles", "1"});
   EXPECT_FALSE(has(none.err, "P7610")) << none.err;
 }
 

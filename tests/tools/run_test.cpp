@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -20,7 +21,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 TEST(Run, EndsAfterItsCyclesWithATable) {
-  const auto result = run_tool({PLC_RUN_TOOL, tank(), "--cycles", "5", "--stats"});
+  const auto result = run_plant({tank(), "--cycles", "5", "--stats"});
   ASSERT_EQ(result.code, 0) << result.err;
   for (const char* word :
        {"options: order=drawing", "task Fast: every 20ms", "real time: ", "\nFast, every 20ms: 5 cycles, ",
@@ -42,8 +43,7 @@ CONFIGURATION C RESOURCE R ON PLC
   PROGRAM b WITH Slow_1: Main;
 END_RESOURCE END_CONFIGURATION
 )");
-  const auto result = run_tool(
-      {PLC_RUN_TOOL, scratch.file("two.st"), "--cycles", "20", "--modbus", "off", "--engineering", "off", "--stats"});
+  const auto result = run_plant({scratch.file("two.st"), "--cycles", "20", "--stats"});
   ASSERT_EQ(result.code, 0) << result.all();
   std::string configuration;
   for (const std::string& line : lines_of(result.out)) {
@@ -56,7 +56,7 @@ END_RESOURCE END_CONFIGURATION
 }
 
 TEST(Run, StatisticsAsJson) {
-  const auto result = run_tool({PLC_RUN_TOOL, tank(), "--cycles", "5", "--stats=json"});
+  const auto result = run_plant({tank(), "--cycles", "5", "--stats=json"});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.err.find("task Fast: every 20ms"), std::string::npos) << result.err;
   const auto document = nlohmann::json::parse(result.out, nullptr, false);
@@ -92,8 +92,8 @@ TEST(Run, StatisticsAsJson) {
 
 TEST(Run, SaysWhichEngineRuns) {
   const auto engines = [](std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {PLC_RUN_TOOL, tank(), "--modbus", "off", "--engineering", "off"});
-    const auto result = run_tool(arguments);
+    arguments.insert(arguments.begin(), tank());
+    const auto result = run_plant(arguments);
     EXPECT_EQ(result.code, 0) << result.err;
     return result.out;
   };
@@ -107,15 +107,29 @@ TEST(Run, SaysWhichEngineRuns) {
 }
 
 TEST(Run, JsonHasStdoutForItself) {
-  EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--stats=json", "--watch", "Running"}).code, 2);
-  EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--cycles", "1", "--stats=xml"}).code, 2);
+  EXPECT_EQ(run_plant({tank(), "--cycles", "1", "--stats=json", "--watch", "Running"}).code, 2);
+  EXPECT_EQ(run_plant({tank(), "--cycles", "1", "--stats=xml"}).code, 2);
+}
+
+TEST(Run, ADocumentThatIsLostIsNoSuccess) {
+  const std::string script = std::string("'") + PLC_RUN_TOOL + "' '" + tank() +
+                             "' --modbus off --engineering off --cycles 3 --stats=json > /dev/full";
+  const auto result = run_tool({"/bin/bash", "-c", script});
+  EXPECT_EQ(result.code, 2) << result.all();
+  EXPECT_NE(result.err.find("standard output cannot be written"), std::string::npos) << result.err;
+}
+
+TEST(Run, AConfigurationHasAName) {
+  const auto result = run_plant({tank(), "--cycles", "1", "--config", ""});
+  EXPECT_EQ(result.code, 2) << result.all();
+  EXPECT_NE(result.err.find("--config"), std::string::npos) << result.err;
 }
 
 TEST(Run, SaysWhatItMeasuredOnSigusr1AndGoesOn) {
   for (const char* stats : {"--stats", "--stats=json"}) {
     // Twice, so that the second one must come from a run that went on; then the end, in good order.
     const std::string script =
-        std::string("'") + PLC_RUN_TOOL + "' '" + tank() + "' " + stats +
+        std::string("'") + PLC_RUN_TOOL + "' '" + tank() + "' --modbus off --engineering off " + stats +
         " & p=$!; for i in 1 2; do sleep 0.5; kill -USR1 $p; done; sleep 0.3; kill -INT $p; wait $p";
     const auto result = run_tool({"/bin/bash", "-c", "set -m; " + script});
     ASSERT_EQ(result.code, 0) << stats << ": " << result.all();
@@ -131,7 +145,7 @@ TEST(Run, SaysWhatItMeasuredOnSigusr1AndGoesOn) {
 }
 
 TEST(Run, EndsAfterItsDuration) {
-  const auto result = run_tool({PLC_RUN_TOOL, tank(), "--duration", "150ms"});
+  const auto result = run_plant({tank(), "--duration", "150ms"});
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("overruns"), std::string::npos);
 }
@@ -139,14 +153,14 @@ TEST(Run, EndsAfterItsDuration) {
 TEST(Run, RunsAnImage) {
   const ScratchFolder scratch;
   ASSERT_EQ(run_tool({PLC_TOOL, "compile", tank(), "-o", scratch.file("tank.pbc")}).code, 0);
-  EXPECT_EQ(run_tool({PLC_RUN_TOOL, scratch.file("tank.pbc"), "--cycles", "2"}).code, 0);
+  EXPECT_EQ(run_plant({scratch.file("tank.pbc"), "--cycles", "2"}).code, 0);
 }
 
 TEST(Run, StopsInGoodOrderOnSignals) {
   for (const char* signal : {"INT", "TERM"}) {
     // The shell sends the signal half a second after the start.
-    const std::string script =
-        std::string("'") + PLC_RUN_TOOL + "' '" + tank() + "' & p=$!; sleep 0.5; kill -" + signal + " $p; wait $p";
+    const std::string script = std::string("'") + PLC_RUN_TOOL + "' '" + tank() +
+                               "' --modbus off --engineering off & p=$!; sleep 0.5; kill -" + signal + " $p; wait $p";
     const auto result = run_tool({"/bin/bash", "-c", "set -m; " + script});
     EXPECT_EQ(result.code, 0) << signal << ": " << result.all();
     EXPECT_NE(result.out.find("overruns"), std::string::npos) << signal << ": " << result.all();
@@ -154,8 +168,8 @@ TEST(Run, StopsInGoodOrderOnSignals) {
 }
 
 TEST(Run, ShowsWhatChangesWithoutATerminal) {
-  const auto result = run_tool({PLC_RUN_TOOL, tank(), "--stimulus", tank_stimulus(), "--duration", "4s", "--watch",
-                                "Running", "--watch", "Sequence.StepA"});
+  const auto result = run_plant(
+      {tank(), "--stimulus", tank_stimulus(), "--duration", "4s", "--watch", "Running", "--watch", "Sequence.StepA"});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("Running=0"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("Running=1"), std::string::npos) << result.out;
@@ -177,26 +191,22 @@ CONFIGURATION C RESOURCE R ON PLC
 END_RESOURCE END_CONFIGURATION
 )");
   write_text(scratch.file("in.csv"), "time_ms,Push\n0,0\n50,1\n100,0\n");
-  const std::vector<std::string> once = {PLC_RUN_TOOL,    scratch.file("count.st"),
-                                         "--stimulus",    scratch.file("in.csv"),
-                                         "--cycles",      "100",
-                                         "--modbus",      "off",
-                                         "--engineering", "off",
-                                         "--watch",       "Count"};
+  const std::vector<std::string> once = {
+      scratch.file("count.st"), "--stimulus", scratch.file("in.csv"), "--cycles", "100", "--watch", "Count"};
   std::vector<std::string> again = once;
   again.emplace_back("--repeat");
-  const ToolResult one = run_tool(once), more = run_tool(again);
+  const ToolResult one = run_plant(once), more = run_plant(again);
   ASSERT_EQ(one.code, 0) << one.all();
   ASSERT_EQ(more.code, 0) << more.all();
   EXPECT_EQ(one.out.find("Count=2"), std::string::npos) << one.out;
   const auto reached = [&](int count) { return more.out.find("Count=" + std::to_string(count)) != std::string::npos; };
   EXPECT_TRUE(reached(7) || reached(8) || reached(9)) << more.out;
-  EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), "--repeat", "--cycles", "3"}).code, 2);
+  EXPECT_EQ(run_plant({tank(), "--repeat", "--cycles", "3"}).code, 2);
 }
 
 TEST(Run, WrongDurationIsAUsageError) {
   for (const char* duration : {"0s", "-5s", "soon", "10 parsecs"}) {
-    EXPECT_EQ(run_tool({PLC_RUN_TOOL, tank(), std::string("--duration=") + duration}).code, 2) << duration;
+    EXPECT_EQ(run_plant({tank(), std::string("--duration=") + duration}).code, 2) << duration;
   }
 }
 

@@ -1,6 +1,7 @@
 // Files of Structured Text on every command.
 #include <gtest/gtest.h>
 
+#include "tests/support/plc_run.h"
 #include "tests/tools/fixture.h"
 
 namespace plc::test {
@@ -51,7 +52,7 @@ TEST(StructuredText, EveryCommandTakesIt) {
   EXPECT_EQ(run_tool({PLC_TOOL, "config", "init", plant.file, "-o", toml}).code, 0);
   const auto config = run_tool({PLC_TOOL, "config", "check", toml, plant.file});
   EXPECT_EQ(config.code, 0) << config.all();
-  const auto run = run_tool({PLC_RUN_TOOL, plant.file, "--duration", "50ms"});
+  const auto run = run_plant({plant.file, "--duration", "50ms"});
   EXPECT_EQ(run.code, 0) << run.all();
 }
 
@@ -100,8 +101,7 @@ TEST(StructuredText, AnEndlessLoopStopsItsTaskAtItsLineAndTheOtherGoesOn) {
     EXPECT_NE(sim.err.find("loops.st:3"), std::string::npos) << sim.err;
     EXPECT_NE(sim.out.find("2,20," + std::string(budget) + ",150"), std::string::npos) << sim.out;
   }
-  const auto run = run_tool(
-      {PLC_RUN_TOOL, file, "--loop-budget", "100", "--duration", "100ms", "--modbus", "off", "--engineering", "off"});
+  const auto run = run_plant({file, "--loop-budget", "100", "--duration", "100ms"});
   EXPECT_EQ(run.code, 1) << run.all();
   EXPECT_NE(run.err.find("fault R1001"), std::string::npos) << run.err;
   // The loop of the other task is too long for this one.
@@ -129,8 +129,7 @@ END_CONFIGURATION
   EXPECT_EQ(sim.code, 1) << sim.all();
   EXPECT_EQ(sim.out, "cycle,time_ms,main.n\n0,0,1\n1,50,2\n2,100,3\n3,150,3\n4,200,3\n") << sim.all();
   // Without its task the run has nothing left to count.
-  const auto run = run_tool(
-      {PLC_RUN_TOOL, file, "--loop-budget", "100", "--cycles", "1000000", "--modbus", "off", "--engineering", "off"});
+  const auto run = run_plant({file, "--loop-budget", "100", "--cycles", "1000000"});
   EXPECT_EQ(run.code, 1) << run.all();
   EXPECT_NE(run.err.find("fault R1001"), std::string::npos) << run.err;
 }

@@ -48,6 +48,25 @@ TEST_F(TestCommand, PassesAndFailsByExitCode) {
   EXPECT_NE(bad.out.find("2 tests, 1 failed, 2 checks\n"), std::string::npos) << bad.out;
 }
 
+TEST_F(TestCommand, WithoutTasksSaysWhatIsMissing) {
+  const std::string file = scratch_.file("blocks.st");
+  const std::string block =
+      "FUNCTION_BLOCK Twice VAR_INPUT i : INT; END_VAR VAR_OUTPUT o : INT; END_VAR o := 2 * i; "
+      "END_FUNCTION_BLOCK\n";
+  write_text(file, block + "TEST 'block' VAR t : Twice; END_VAR t(i := 4); ASSERT_EQ(8, t.o); END_TEST\n");
+  // A block alone needs no task.
+  const ToolResult alone = run_tool({PLC_TOOL, "test", file});
+  EXPECT_EQ(alone.code, 0) << alone.all();
+  EXPECT_EQ(alone.err, "");
+  write_text(file, "PROGRAM Only VAR a : INT; END_VAR a := 1; END_PROGRAM\nTEST 'a' ASSERT_EQ(0, Only.a); END_TEST\n");
+  const ToolResult program = run_tool({PLC_TOOL, "test", file});
+  EXPECT_EQ(program.code, 1);
+  EXPECT_NE(program.err.find(":2:23: error P7903: no task of the project runs program \"Only\""), std::string::npos)
+      << program.err;
+  const ToolResult run_alone = run_tool({PLC_TOOL, "test", file, "--pou", "Only"});
+  EXPECT_EQ(run_alone.code, 0) << run_alone.all();
+}
+
 TEST_F(TestCommand, WrongTestsAndFilesAreSaid) {
   const ToolResult wrong = run("TEST 'x' ASSERT_EQ(main.Lmp, TRUE); END_TEST");
   EXPECT_EQ(wrong.code, 1);

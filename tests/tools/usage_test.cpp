@@ -1,8 +1,11 @@
 // Wrong flags, absent files, help; and the small functions that they use.
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "tests/tools/fixture.h"
 #include "tools/command_line.h"
+#include "tools/statistics.h"
 
 namespace plc::test {
 namespace {
@@ -47,6 +50,64 @@ TEST(Usage, AMistypedFlagIsGuessedAndSaidBeforeWhatIsMissing) {
   EXPECT_EQ(far.err, "plc-run: there is no flag --foo\n  help: plc-run --help shows every flag with examples\n");
   const auto missing = run_tool({PLC_TOOL, "sim"});
   EXPECT_NE(missing.err.find("FILE is required"), std::string::npos) << missing.err;
+}
+
+// Before a server is asked: nobody listens there.
+TEST(Usage, RemoteRefusesWhatItWouldNotUse) {
+  const std::string url = "http://127.0.0.1:1";
+  for (const char* const what : {"stop", "status", "tasks", "log", "alarms", "logout", "calls"}) {
+    const auto result = run_tool({PLC_TOOL, "remote", url, what, "anything"});
+    EXPECT_EQ(result.code, 2) << what << ": " << result.all();
+    EXPECT_NE(result.err.find("plc remote: wrong arguments\n  help: plc remote " + url + " " + what + "\n"),
+              std::string::npos)
+        << result.err;
+  }
+  EXPECT_EQ(run_tool({PLC_TOOL, "remote", url, "stop"}).code, 1) << "nobody is there";
+  const auto stream = run_tool({PLC_TOOL, "remote", url, "values.stream"});
+  EXPECT_EQ(stream.code, 2);
+  EXPECT_NE(stream.err.find("values.stream is a stream"), std::string::npos) << stream.err;
+  EXPECT_NE(stream.err.find("values --follow"), std::string::npos) << stream.err;
+  const std::string bytes = "0123456789ABCDEFabcdef0123456789ABCDEFabcdef0123456789ABCDEF0123";
+  std::string good;
+  for (std::size_t i = 0; i < bytes.size(); i += 2) good += (i == 0 ? "" : ":") + bytes.substr(i, 2);
+  for (const std::string& wrong : {std::string("AB:CD"), bytes, good + ":00", "G" + good.substr(1)}) {
+    const auto result = run_tool({PLC_TOOL, "remote", "https://127.0.0.1:1", "--fingerprint", wrong});
+    EXPECT_EQ(result.code, 2) << wrong;
+    EXPECT_NE(result.err.find("is no fingerprint"), std::string::npos) << result.err;
+  }
+  EXPECT_EQ(run_tool({PLC_TOOL, "remote", "https://127.0.0.1:1", "--fingerprint", good}).code, 1) << "it was taken";
+}
+
+TEST(Usage, RemoteSaysByItsCodeWhetherThereAreSuchVariables) {
+  const ScratchFolder scratch;
+  const std::string script =
+      "\"$1\" \"$3\" --modbus off --engineering 127.0.0.1:0 --state \"$HOME/state\" > \"$HOME/out\" 2>&1 & "
+      "for i in $(seq 150); do grep -q 'http://' \"$HOME/out\" && grep -qE '[A-Z0-9]{4}-[A-Z0-9]{4}-' \"$HOME/out\" "
+      "&& break; sleep 0.1; done; "
+      "url=$(grep -oE 'http://127.0.0.1:[0-9]+' \"$HOME/out\" | head -n 1); "
+      "code=$(grep -oE '[A-Z0-9]{4}-[A-Z0-9]{4}-[A-Z0-9]{4}' \"$HOME/out\" | head -n 1); "
+      "echo correct horse battery | \"$2\" remote $url first-user $code anna; "
+      "for what in Running Nope 'Nope*' 'Run*'; do \"$2\" remote $url values \"$what\"; echo \"$what: $?\"; done; "
+      "kill %1; wait";
+  const auto result = run_tool({"/usr/bin/env", "-u", "XDG_CONFIG_HOME", "HOME=" + scratch.file(""), "/bin/bash", "-c",
+                                script, "bash", PLC_RUN_TOOL, PLC_TOOL, tank()});
+  for (const char* const part : {"Running: 0\n", "Nope: 1\n", "Nope*: 1\n", "Run*: 0\n"})
+    EXPECT_NE(result.out.find(part), std::string::npos) << part << result.all();
+  EXPECT_NE(result.err.find("no variable matches \"Nope*\""), std::string::npos) << result.err;
+}
+
+TEST(Usage, TablesCountCharactersAndPutTextsToTheLeft) {
+  std::ostringstream out;
+  tools::print_table({{"name", "state", "time", "share"},
+                      {"a", "running", "12us", "-"},
+                      {"K\xc3\xbchler", "off", "-1.5us", "4 %"},
+                      {"b", "", "-", "12 %"}},
+                     out);
+  EXPECT_EQ(out.str(),
+            "name    state      time  share\n"
+            "a       running    12us      -\n"
+            "K\xc3\xbchler  off      -1.5us    4 %\n"
+            "b                     -   12 %\n");
 }
 
 TEST(Usage, FilesThatCannotBeOpenedExitWith2) {

@@ -1,5 +1,8 @@
 #include "tools/plc-run/alarm_service.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <filesystem>
 #include <sstream>
 #include <utility>
@@ -26,6 +29,15 @@ void AlarmService::open(const std::string& folder, shadow::Shadow* shadow, std::
   // WHY no end of the start: nothing but control decides whether control starts.
   if (!wrong_.empty()) said.push_back({core::Severity::kError, wrong_});
   if (!alarms_) return;
+  if (shadow == nullptr && alarms_->needs_scans()) {
+    const std::vector<std::string> left_out = alarms_->do_without_scans();
+    if (!left_out.empty()) {
+      said.push_back(
+          {core::Severity::kWarning, fmt::format("alarms: {}: left out, since scans are not recorded: {}",
+                                                 core::info(core::Code::P7720).name, fmt::join(left_out, ", "))});
+    }
+    if (alarms_->count() == 0) return alarms_.reset();
+  }
   std::error_code refused;
   if (!folder.empty()) std::filesystem::create_directories(folder, refused);  // what is wrong with it the store says
   std::vector<std::string> trouble;

@@ -19,8 +19,8 @@ class AlarmService {
  public:
   /// Before any thread reads globals. `file`: alarms.toml, which need not be there. `recorded`: scans are to be.
   AlarmService(const std::string& file, runtime::Resource& resource, bool recorded);
-  /// Before the tasks start. `folder`: where they are kept, or empty. `shadow`: null when nothing is recorded; it must
-  /// live until stop().
+  /// Before the tasks start. `folder`: where they are kept, or empty. `shadow`: null when nothing is recorded, also
+  /// when it was to be; it must live until stop().
   void open(const std::string& folder, shadow::Shadow* shadow, std::vector<engineering::Said>& said);
 
   /// Null when there are none.

@@ -103,6 +103,9 @@ void EngineeringService::prepare(io::Plant& plant, shadow::Shadow* shadow, bool 
   read_keys();
   server_->set_program(&program_.control());
   server_->take_over(program_.from_server());
+  if (!program_.settled()) {
+    server_->on_sessions([this](std::string handover) { program_.hand_over_on_trial(std::move(handover)); });
+  }
   tell(server_->force_again(warm, !program_.settled()));
   std::vector<engineering::Said> said;
   alarms_->open(request_.state, shadow, said);

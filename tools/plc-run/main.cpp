@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -29,6 +30,7 @@
 #include "tools/engine.h"
 #include "tools/plc-run/allocation_warnings.h"
 #include "tools/plc-run/component_faults.h"
+#include "tools/plc-run/end_guard.h"
 #include "tools/plc-run/engineering_service.h"
 #include "tools/plc-run/listeners.h"
 #include "tools/plc-run/open_image.h"
@@ -168,11 +170,29 @@ void wait_for_start(ProgramStart& program, Service& service, EngineeringService&
   }
 }
 
+/// What a run ends with that had so many `faults`.
+int code_after(const runtime::RealtimeScheduler& scheduler, std::size_t faults) {
+  // Who stops a plant that got over its faults as its policies say has nothing to mend.
+  const auto stops_all = [&](const runtime::TaskFault& fault) {
+    return scheduler.plan(fault.task).on_fault == runtime::FaultPolicy::kStop;
+  };
+  const std::vector<runtime::TaskFault> all = scheduler.faults();
+  const bool handled = signal_to_stop() != 0 && std::none_of(all.begin(), all.end(), stops_all);
+  return faults == 0 || handled ? kExitOk : kExitErrors;
+}
+
+/// What is left for the end when the stop of the tasks took so long.
+std::chrono::milliseconds end_patience(core::TimeNs stop_ns) {
+  const bool hurries = signal_to_stop() != 0 && Relaunch::instance().has_guardian();
+  const auto all = hurries ? EndGuard::kPatienceUnderGuardian : EndGuard::kPatience;
+  return std::max(EndGuard::kShortestPatience, all - std::chrono::milliseconds(stop_ns / 1'000'000));
+}
+
 /// `diagnostics` are those of the plan: places of the configuration name their file by it. `program`: null when it is
-/// only to be seen whether it could run. `folder`: of the state, or empty.
+/// only to be seen whether it could run. `folder`: of the state, or empty. `guard` watches the end from here on.
 int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::Diagnostics& diagnostics,
                  std::int64_t duration_ns, core::TimeNs load_ns, Output& output, RunLog& log, ProgramStart* program,
-                 const std::string& folder) {
+                 const std::string& folder, EndGuard& guard) {
   const bytecode::Image& image = resource.image();
   std::ostream& talk = log.talk();
   const core::TimeNs retain_interval_ns = plan.configuration.retain.interval_ns;
@@ -253,7 +273,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   talk << std::endl;
   const core::MonotonicClock clock;
   Service service(image, scheduler, clock.now_ns());
-  Service::ready("runs " + run.file);
+  service.ready("runs " + run.file);
   std::size_t faults = 0;
   std::optional<runtime::TaskFault> last_fault;
   const auto show_faults = [&] {
@@ -298,19 +318,32 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   const core::TimeNs stop_ns = clock.now_ns();
   const std::vector<std::uint32_t> stuck = plant.stop();
   let_signals_stop(nullptr);
+  const auto end_code = [&] { return code_after(scheduler, faults); };
+  const auto code_if_it_hangs = [&] {
+    if (!program->again()) return stuck.empty() && end_code() != kExitOk ? kExitErrors : io::kGuardianExit;
+    program->hand_over({}, {});  // then nobody is logged in any more
+    return kExitRelaunch;
+  };
+  show_faults();
+  guard.begin(code_if_it_hangs(), end_patience(clock.now_ns() - stop_ns), {Service::alive, Service::alive_every()});
   program->end_keeping();
   keep();
   if (retained.keeper) retained.keeper->stop(stuck);
-  show_faults();
   if (last_fault) static_cast<void>(program->often(stop_ns, fault_text(resource, *last_fault)));
   if (program->ended(stop_ns) && stuck.empty()) {
+    guard.rest();
     wait_for_start(*program, service, engineering, log, duration_ns == 0 ? 0 : plant.begin_ns() + duration_ns);
+    guard.go_on();
   }
+  guard.expect(code_if_it_hangs());
   if (recording) recording->stop(stuck.empty());
   engineering.stop();  // alarms know the last scans by now
   // After it: who logs out until then is not logged in afterwards.
   if (program->again()) program->hand_over(engineering.handover(), engineering.log_handover());
-  output.wait_again(printing_takes_too_long);
+  output.wait_again([&guard] {
+    guard.waits_for_reader();
+    return printing_takes_too_long();
+  });
 
   show_faults();
   log.say_messages(resource);
@@ -340,18 +373,13 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     Output::flush();
     std::_Exit(io::kGuardianExit);
   }
-  // Who stops a plant that got over its faults as its policies say has nothing to mend.
-  const auto stops_all = [&](const runtime::TaskFault& fault) {
-    return scheduler.plan(fault.task).on_fault == runtime::FaultPolicy::kStop;
-  };
-  const std::vector<runtime::TaskFault> all = scheduler.faults();
-  const bool handled = signal_to_stop() != 0 && std::none_of(all.begin(), all.end(), stops_all);
-  return faults == 0 || handled ? kExitOk : kExitErrors;
+  return run.stats == Stats::kJson ? output.end_document(end_code()) : end_code();
 }
 
 int run_command(int argc, char** argv) {
   const PassedSockets passed = take_passed_sockets();
   Relaunch::instance().keep_sockets(passed.count);
+  EndGuard guard;  // outlives all that may wait for a disk
   Output output;
   const Program program(
       "plc-run",
@@ -377,7 +405,8 @@ int run_command(int argc, char** argv) {
       "\n"
       "Exit codes: 0 all is well, or a signal ended what went on after faults; 1 the project has errors or a task "
       "faulted, 2 wrong flags or a file that cannot be opened, 3 the runtime died or hung and the guardian drove the "
-      "safe values, or a task did not end, 4 a device is missing or refused: another start may succeed.",
+      "safe values, or a task did not end, or a disk hung, 4 a device is missing or refused: another start may "
+      "succeed.",
       kVersionText);
   Run run;
   const Flag file =
@@ -413,8 +442,10 @@ int run_command(int argc, char** argv) {
       {{"note", core::Severity::kNote}, {"warning", core::Severity::kWarning}, {"error", core::Severity::kError}},
       "leaves out messages that are less severe; default: note");
   const Flag configuration_flag =
-      program.option("--config=plc.toml", run.configuration,
-                     "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one");
+      program
+          .option("--config=plc.toml", run.configuration,
+                  "drivers, channels, Modbus, guardian and libraries of this machine; plc config init writes one")
+          .check(wrong_file_name);
   const Flag plant =
       program.option("--plant=DIR", run.plant,
                      "in place of FILE and --config: the folder with the one project and, where there is "
@@ -462,10 +493,8 @@ int run_command(int argc, char** argv) {
     complain("plc-run", "--stats=json and --watch both want stdout", "omit one of them");
     return kExitUsage;
   }
-  if (run.repeat && run.stimulus.empty()) {
-    complain("plc-run", "--repeat is for a stimulus", "--stimulus in.csv --repeat");
-    return kExitUsage;
-  }
+  if (run.repeat && run.stimulus.empty())
+    return complain("plc-run", "--repeat is for a stimulus", "--stimulus in.csv --repeat"), kExitUsage;
   if (modbus.given()) {
     run.listen = io::parse_listen(run.modbus);
     if (!run.listen) {
@@ -556,7 +585,7 @@ int run_command(int argc, char** argv) {
     return end_with(kExitErrors);
   }
   return end_with(run_resource(run, *resource, std::move(*plan), diagnostics, duration_ns, clock.now_ns() - begin,
-                               output, log, start ? &*start : nullptr, folder));
+                               output, log, start ? &*start : nullptr, folder, guard));
 }
 
 }  // namespace

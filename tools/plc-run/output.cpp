@@ -11,6 +11,8 @@
 #include <iostream>
 #include <utility>
 
+#include "tools/command_line.h"
+
 namespace plc::tools {
 namespace {
 
@@ -31,9 +33,9 @@ int open_standard_descriptors() {
 PatientBuffer::PatientBuffer(int descriptor)
     : descriptor_(descriptor), piece_(::isatty(descriptor) == 1 ? kTerminalPiece : PIPE_BUF) {}
 
-void PatientBuffer::wait_again(bool (*give_up)()) {
+void PatientBuffer::wait_again(std::function<bool()> give_up) {
   waits_ = true;
-  give_up_ = give_up;
+  give_up_ = std::move(give_up);
 }
 
 /// As much as can be written without waiting.
@@ -69,7 +71,8 @@ int PatientBuffer::sync() {
     const Written written = write_some();
     if (written == Written::kAll || written == Written::kNobody || !waits_) return 0;
     // A disk that is full stays full for as long as somebody waits for it.
-    if (written == Written::kRefused || (give_up_ != nullptr && give_up_())) return waiting_.clear(), 0;
+    refused_ = refused_ || written == Written::kRefused;
+    if (written == Written::kRefused || (give_up_ && give_up_())) return waiting_.clear(), 0;
     pollfd out{descriptor_, POLLOUT, 0};
     ::poll(&out, 1, kWaitMs);
   }
@@ -121,9 +124,16 @@ void Output::stop_waiting() {
   err_.stop_waiting();
 }
 
-void Output::wait_again(bool (*give_up)()) {
+void Output::wait_again(const std::function<bool()>& give_up) {
   out_.wait_again(give_up);
   err_.wait_again(give_up);
+}
+
+int Output::end_document(int code) const {
+  flush();
+  if (!out_.refused()) return code;
+  complain("plc-run", "standard output cannot be written");
+  return kExitUsage;
 }
 
 void Output::flush() {

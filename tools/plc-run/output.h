@@ -5,6 +5,7 @@
 // one's alone. Does not belong here: what is said.
 #pragma once
 
+#include <functional>
 #include <ostream>
 #include <streambuf>
 #include <string>
@@ -22,7 +23,9 @@ class PatientBuffer final : public std::streambuf {
   /// From here on nothing waits for the reader.
   void stop_waiting() { waits_ = false; }
   /// From here on flushing waits until all is written, the descriptor refuses it, or `give_up` says so.
-  void wait_again(bool (*give_up)());
+  void wait_again(std::function<bool()> give_up);
+  /// Whether text was lost that the descriptor refused: on a disk that is full.
+  [[nodiscard]] bool refused() const { return refused_; }
   /// Prints when nothing waits, and as much as is taken at once; the rest is lost. For what the next text replaces.
   void print_or_drop(std::string_view text);
 
@@ -39,7 +42,8 @@ class PatientBuffer final : public std::streambuf {
   int descriptor_;
   std::size_t piece_;  ///< bytes that a descriptor ready for writing takes without waiting
   bool waits_ = true;
-  bool (*give_up_)() = nullptr;
+  bool refused_ = false;
+  std::function<bool()> give_up_;
   std::string waiting_;
   std::uint64_t lost_lines_ = 0;
 };
@@ -56,7 +60,10 @@ class Output {
   PatientBuffer& out() { return out_; }
   PatientBuffer& err() { return err_; }
   void stop_waiting();
-  void wait_again(bool (*give_up)());
+  /// `give_up` is asked about every 50 ms while something waits, to the end of this object.
+  void wait_again(const std::function<bool()>& give_up);
+  /// Of a program whose stdout is a document: kExitUsage, and said, when some of it was refused; else `code`.
+  [[nodiscard]] int end_document(int code) const;
   /// What waits, as far as it can be written now.
   static void flush();
 

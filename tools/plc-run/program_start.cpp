@@ -132,7 +132,17 @@ void ProgramStart::choose(const std::string& folder) {
   // A start by hand or by a service is for what lies there now; one by a call is for what was uploaded.
   const std::string given = store_->given();
   const std::string now = given.empty() || restarted_ ? given : engineering::fingerprint_of(given_);
-  if (now != given && !now.empty()) {
+  const engineering::SameFile same =
+      now.empty() ? engineering::SameFile::kYes : engineering::compare_fingerprints(given, now);
+  if (same == engineering::SameFile::kUnknown) {
+    const std::string why = store_->note_given(now);
+    log_.say(
+        core::Severity::kWarning,
+        fmt::format("program: whether {} has changed since a program was uploaded is not known, as another version "
+                    "of plc-run has noted it: what was uploaded goes on. If {} is to run: delete the folder {}{}",
+                    given_, given_, folder, why.empty() ? "" : " (" + why + ")"));
+  }
+  if (same == engineering::SameFile::kNo) {
     const std::string why = store_->forget();
     log_.say(
         core::Severity::kWarning,
@@ -228,13 +238,27 @@ bool ProgramStart::wants_start(core::TimeNs now_ns) {
   return again_;
 }
 
-void ProgramStart::hand_over(const std::string& from_server, const std::string& from_log) {
-  const Json json = {{"start", next_start_},
+void ProgramStart::pass_on(const std::string& kind, core::TimeNs stopped_ns, const std::string& from_server,
+                           const std::string& from_log) const {
+  const Json json = {{"start", kind},
                      {"starts", control_.starts},
-                     {"stopped_ns", halts_ ? 0 : stopped_ns_},
+                     {"stopped_ns", stopped_ns},
                      {"server", from_server},
                      {"log", from_log}};
   Relaunch::instance().hand_over(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+void ProgramStart::hand_over(const std::string& from_server, const std::string& from_log) {
+  const std::lock_guard lock(hand_over_mutex_);
+  pass_on(next_start_, halts_ ? 0 : stopped_ns_, from_server, from_log);
+}
+
+void ProgramStart::hand_over_on_trial(std::string from_server) {
+  const std::lock_guard lock(hand_over_mutex_);
+  // Afterwards the process that dies is not started anew by this one.
+  if (!Relaunch::instance().on_trial()) return;
+  from_server_ = std::move(from_server);
+  pass_on({}, 0, from_server_, from_log_);
 }
 
 int ProgramStart::exit_code(int code, bool asked) {

@@ -85,11 +85,16 @@ class ProgramStart {
   [[nodiscard]] bool goes_on() const { return again_ || halts_; }
   /// For the process that follows.
   void hand_over(const std::string& from_server, const std::string& from_log);
+  /// The server has something else to say to the one that follows: a process that dies on trial has said it by then.
+  /// Any thread.
+  void hand_over_on_trial(std::string from_server);
   /// The exit code of this process in place of `code`. `asked`: somebody wanted the end.
   int exit_code(int code, bool asked);
 
  private:
   void choose(const std::string& folder);
+  void pass_on(const std::string& kind, core::TimeNs stopped_ns, const std::string& from_server,
+               const std::string& from_log) const;
   void take(const engineering::ProgramControl::Wish& wish);
   void fail(const std::string& why);
   void start_keeping();
@@ -111,6 +116,7 @@ class ProgramStart {
   std::string unkept_said_;
   std::atomic<bool> settled_{true};
   std::string start_, next_start_, from_server_, from_log_;
+  std::mutex hand_over_mutex_;  ///< of from_server_ on trial, and of what the next process gets
   core::TimeNs begin_ns_ = 0, stopped_ns_ = 0, handed_stop_ns_ = 0;
   bool restarted_ = false, halts_ = false, again_ = false;
 };

@@ -7,10 +7,10 @@
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -27,12 +27,28 @@ constexpr const char* kVariable = "PICARD_RELAUNCH";
 constexpr const char* kSelf = "/proc/self/exe";
 constexpr const char* kOomScore = "/proc/self/oom_score_adj";
 
-std::string read_all(int file) {
-  std::string text;
-  std::array<char, 65536> piece{};
-  ::lseek(file, 0, SEEK_SET);
-  for (ssize_t got = 0; (got = ::read(file, piece.data(), piece.size())) > 0;)
-    text.append(piece.data(), static_cast<std::size_t>(got));
+/// At the beginning of the file: where the text is that counts.
+struct Newest {
+  std::uint64_t offset = sizeof(Newest);
+  std::uint64_t size = 0;
+};
+
+Newest newest_in(int file) {
+  Newest newest;
+  return ::pread(file, &newest, sizeof newest, 0) == sizeof newest ? newest : Newest{};
+}
+
+/// Without the place in the file, which the guardian and the runtime share.
+std::string read_newest(int file) {
+  const Newest newest = newest_in(file);
+  std::string text(newest.size, '\0');
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t got = ::pread(file, text.data() + done, text.size() - done, static_cast<off_t>(newest.offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return {};
+    done += static_cast<std::size_t>(got);
+  }
   return text;
 }
 
@@ -55,7 +71,7 @@ void Relaunch::begin(int argc, char** argv) {
     const std::string_view digits = number;
     std::from_chars(digits.data(), digits.data() + digits.size(), file);
     if (file > STDERR_FILENO && ::fcntl(file, F_SETFD, FD_CLOEXEC) == 0) {
-      handed_over_ = read_all(file);
+      handed_over_ = read_newest(file);
       ::close(file);
     }
     ::unsetenv(kVariable);
@@ -70,14 +86,20 @@ void Relaunch::begin(int argc, char** argv) {
 }
 
 void Relaunch::hand_over(std::string_view text) const {
-  if (text_ < 0 || ::ftruncate(text_, 0) != 0) return;
-  ::lseek(text_, 0, SEEK_SET);
-  while (!text.empty()) {
-    const ssize_t written = ::write(text_, text.data(), text.size());
+  if (text_ < 0) return;
+  const Newest before = newest_in(text_);
+  Newest next;
+  // Not where the one is that counts until then: a process that dies in between leaves that one.
+  if (before.offset < sizeof(Newest) + text.size()) next.offset = before.offset + before.size;
+  next.size = text.size();
+  for (std::uint64_t at = next.offset; !text.empty();) {
+    const ssize_t written = ::pwrite(text_, text.data(), text.size(), static_cast<off_t>(at));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) return;
+    at += static_cast<std::uint64_t>(written);
     text.remove_prefix(static_cast<std::size_t>(written));
   }
+  static_cast<void>(::pwrite(text_, &next, sizeof next, 0));
 }
 
 void Relaunch::set_trial(bool trial) {
@@ -86,10 +108,15 @@ void Relaunch::set_trial(bool trial) {
 
 bool Relaunch::on_trial() const { return trial_ != nullptr && trial_->load(); }
 
+bool Relaunch::has_guardian() const { return ::getpid() != first_process_; }
+
+// The runtime is its child, until somebody else adopts it.
+int Relaunch::dead_guardian() const { return has_guardian() && ::getppid() != first_process_ ? first_process_ : 0; }
+
 int Relaunch::end(int code) const {
   // A runtime with a guardian is its child: that one starts anew, when nothing of this process holds a device any more.
   const bool again = code == kExitRelaunch || (code != kExitOk && on_trial() && signal_to_stop() == 0);
-  if (!again || ::getpid() != first_process_) return code;
+  if (!again || has_guardian()) return code;
   execute();
   if (signal_to_stop() != 0) return code == kExitRelaunch ? kExitOk : code;
   complain("plc-run", fmt::format("cannot be started anew: {}", std::strerror(errno)));

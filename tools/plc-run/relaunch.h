@@ -25,13 +25,17 @@ class Relaunch {
   void begin(int argc, char** argv);
   /// What the process before has handed over; nothing when there was none.
   [[nodiscard]] const std::optional<std::string>& handed_over() const { return handed_over_; }
-  /// For the process that follows; the last text counts.
+  /// For the process that follows; the last text counts that was written to its end, whenever this process dies.
   void hand_over(std::string_view text) const;
   /// How many sockets systemd has passed, from descriptor 3 on.
   void keep_sockets(int count) { sockets_ = count; }
   /// While it is true, an end of the runtime that it did not choose leads to another start, too.
   void set_trial(bool trial);
   [[nodiscard]] bool on_trial() const;
+  /// Whether this is the runtime of a guardian, which waits for its end.
+  [[nodiscard]] bool has_guardian() const;
+  /// The process that was this one's guardian, once it has died; else 0.
+  [[nodiscard]] int dead_guardian() const;
 
   /// Last of all in main(): the exit code; or this process, when no guardian waits for it, is started anew: also after
   /// an end on trial that nobody wanted.

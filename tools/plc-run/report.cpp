@@ -14,6 +14,7 @@
 #include "io-drivers/config/template.h"
 #include "tools/command_line.h"
 #include "tools/engine.h"
+#include "tools/plc-run/relaunch.h"
 #include "tools/statistics.h"
 #include "tools/version.h"
 
@@ -82,6 +83,9 @@ void print_end(const End& end, const runtime::Resource& resource, const runtime:
   std::string why;
   if (end.signal != 0) {
     why = fmt::format("signal SIG{}", ::sigabbrev_np(end.signal));
+    // Its death is what sent the signal.
+    if (const int guardian = Relaunch::instance().dead_guardian(); guardian != 0)
+      why = fmt::format("the guardian (process {}) has died", guardian);
   } else if (stops) {
     why = fmt::format("fault {} in task {}, whose policy is stop",
                       core::info(runtime::fault_code(end.fault->fault.kind)).name,
@@ -108,7 +112,7 @@ void print_devices(const io::Machine& machine, std::ostream& out) {
                        driver->timing() == io::Timing::kOffline ? "simulated"
                        : driver->status().connected             ? "open"
                                                                 : "not there yet",
-                       inputs != 0 ? fmt::format(", {} inputs", inputs) : "",
+                       inputs != 0 ? ", " + counted(inputs, "input") : "",
                        driver->has_outputs() ? ", with outputs" : "");
   }
   if (machine.guarded()) out << "guardian: drives the safe values should the runtime die or hang\n";

@@ -34,7 +34,7 @@ struct End {
   std::uint64_t cycles = 0;                   ///< --cycles, or 0
   const runtime::TaskFault* fault = nullptr;  ///< the last one, or null
 };
-/// "ends after 12.5 s: signal SIGTERM".
+/// "ends after 12.5 s: signal SIGTERM", ".. the guardian (process 812) has died".
 void print_end(const End& end, const runtime::Resource& resource, const runtime::RealtimeScheduler& scheduler,
                core::TimeNs ran_ns, std::ostream& out);
 /// What the system granted.

@@ -130,7 +130,9 @@ void LineBuffer::take_line(std::string line) {
 }
 
 void LineBuffer::end_record() {
-  if (record_) log_.write(*std::exchange(record_, std::nullopt));
+  if (!record_) return;
+  record_->shown = also_ != nullptr;
+  log_.write(*std::exchange(record_, std::nullopt));
 }
 
 RunLog::RunLog(const io::Configuration& configuration, const std::optional<LogPlace>& place,

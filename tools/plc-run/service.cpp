@@ -4,11 +4,17 @@
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/un.h>
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <string_view>
 
 namespace plc::tools {
@@ -24,6 +30,33 @@ core::TimeNs watchdog_time() {
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), us);
   if (error != std::errc{} || end != digits.data() + digits.size() || us <= 0) return 0;
   return std::min(us, kLongestUs) * 1000;
+}
+
+constexpr core::TimeNs kAgainNs = 1'000'000'000;
+/// How often the watchdog is fed within its time.
+constexpr core::TimeNs kTimes = 4;
+
+/// False when it was not heard within kPatience.
+// WHY not sd_notify(): it waits for a service manager that does not listen, and outputs are to go to their safe state.
+bool notify(const std::string& text) {
+  constexpr timeval kPatience{0, 50'000};
+  const char* const path = std::getenv("NOTIFY_SOCKET");
+  if (path == nullptr) return true;
+  sockaddr_un address{};
+  const std::size_t length = std::strlen(path);
+  if ((path[0] != '/' && path[0] != '@') || length >= sizeof address.sun_path) return ::sd_notify(0, text.c_str()) > 0;
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path, length);
+  if (path[0] == '@') address.sun_path[0] = '\0';
+  const int manager = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (manager < 0) return false;
+  ::setsockopt(manager, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + length);
+  const ssize_t sent =
+      ::sendto(manager, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address), size);
+  const bool full = sent < 0 && (errno == EAGAIN || errno == EINTR);
+  ::close(manager);
+  return !full;  // one that is not there is not there a second later
 }
 
 /// What a socket of TCP is bound to.
@@ -69,21 +102,33 @@ Service::Service(const bytecode::Image& image, const runtime::RealtimeScheduler&
   }
 }
 
-void Service::ready(const std::string& status) { ::sd_notify(0, ("READY=1\nSTATUS=" + status).c_str()); }
+void Service::ready(const std::string& status) {
+  unheard_ = "READY=1\nSTATUS=" + status;
+  if (notify(unheard_)) unheard_.clear();
+}
 
-void Service::stopping() { ::sd_notify(0, "STOPPING=1\nSTATUS=outputs go to their safe state"); }
+void Service::stopping() { notify("STOPPING=1\nSTATUS=outputs go to their safe state"); }
+
+void Service::alive() { notify("WATCHDOG=1"); }
+
+std::chrono::milliseconds Service::alive_every() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::nanoseconds(watchdog_time() / kTimes));
+}
 
 void Service::service(core::TimeNs now_ns) {
-  constexpr core::TimeNs kTimes = 4;
+  if (!unheard_.empty() && now_ns >= tell_ns_) {
+    tell_ns_ = now_ns + kAgainNs;
+    if (notify(unheard_)) unheard_.clear();
+  }
   if (watchdog_ns_ == 0 || now_ns < next_ns_) return;
   next_ns_ = now_ns + watchdog_ns_ / kTimes;
-  if (tasks_run(now_ns)) ::sd_notify(0, "WATCHDOG=1");
+  if (tasks_run(now_ns)) notify("WATCHDOG=1");
 }
 
 void Service::rests(core::TimeNs now_ns) {
   if (watchdog_ns_ == 0 || now_ns < next_ns_) return;
-  next_ns_ = now_ns + watchdog_ns_ / 4;
-  ::sd_notify(0, "STATUS=stopped by a call\nWATCHDOG=1");
+  next_ns_ = now_ns + watchdog_ns_ / kTimes;
+  notify("STATUS=stopped by a call\nWATCHDOG=1");
 }
 
 bool Service::tasks_run(core::TimeNs now_ns) {

@@ -41,10 +41,12 @@ export interface Problem {
   text: string;
   code: string;
   help: string;
+  /** What was wrong in the request: "values[2].path". */
+  field?: string | undefined;
 }
 
 export function problemOf(error: unknown): Problem {
-  if (error instanceof PicardError) return { text: error.text, code: error.code, help: error.help ?? "" };
+  if (error instanceof PicardError) return { text: error.text, code: error.code, help: error.help ?? "", field: error.field };
   if (error instanceof TypeError) return { text: texts.link.lost, code: "", help: "" };
   return { text: String(error), code: "", help: "" };
 }

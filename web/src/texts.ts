@@ -154,8 +154,9 @@ export const texts = {
     unknownKind: (kind: string) => `There is no element ${kind}`,
     holdHelp: "Acts while it is held",
     tooLate: "The connection stood still: nothing was pressed",
+    writtenTooLate: "The connection stood still: nothing was written",
     letGo: "The connection stood still: the button was released",
-    cannotEdit: "pages.toml has mistakes: mend them first",
+    cannotEdit: "Cannot be edited: pages.toml has mistakes, mend them first",
     entryHelp: "Enter writes, Escape leaves it as it was",
     noValue: (text: string) => `${text} is no value of this variable`,
     limits: (name: string, low: number | undefined, high: number | undefined) =>
@@ -207,6 +208,13 @@ export const texts = {
       properties: "Properties",
       element: (kind: string, name: string, x: number, y: number, width: number, height: number) =>
         `${kind}${name === "" ? "" : ` ${name}`}: column ${x + 1}, row ${y + 1}, ${width} by ${height}`,
+      wrongElement: (kind: string, name: string, x: number, y: number, key: string | undefined) =>
+        `${kind}${name === "" ? "" : ` ${name}`} (column ${x + 1}, row ${y + 1})${key === undefined ? "" : `, ${key}`}`,
+      onPage: (name: string) => `Page ${name}`,
+      inSeconds: (doc: string) => `${doc}. In seconds: 120, or T#2m`,
+      noNumber: (text: string) => `${text} is no number`,
+      tooLarge: (text: string) => `${text} is too large: whole numbers are exact up to ${Number.MAX_SAFE_INTEGER}`,
+      noSeconds: (text: string) => `${text} is no number, and no duration like T#2m`,
       removed: (kind: string) => `${kind} is removed`,
       x: "Column",
       y: "Row",

@@ -82,6 +82,43 @@ export function numberOf(raw: Raw, shape: Shape): number {
 
 const plainNumber = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i;
 
+/** A number as people write it: with a comma or a point, and lines between digits. */
+function plainText(text: string): string {
+  return text.trim().replace(",", ".").replace(/_/g, "");
+}
+
+/** Whether a text is a whole number that a number of JavaScript would round. */
+export function isTooLarge(text: string): boolean {
+  const number = plainText(text);
+  return /^[-+]?\d+$/.test(number) && !Number.isSafeInteger(Number(number));
+}
+
+/** The number that a text is; null: it is none. */
+export function plainNumberOf(text: string): number | null {
+  const number = plainText(text);
+  return plainNumber.test(number) && Number.isFinite(Number(number)) ? Number(number) : null;
+}
+
+const unitsOfSecond: Record<string, number> = { s: 1, ms: 1e3, us: 1e6, ns: 1e9 };
+const secondsOfUnit: Record<string, number> = { d: 86_400, h: 3600, m: 60 };
+
+/** The seconds of T#1m30s, also without T#; null: it is no duration. */
+export function secondsOf(text: string): number | null {
+  const found = /^(?:(?:LTIME|TIME|LT|T)#)?([-+]?)((?:\d+(?:\.\d+)?(?:ms|us|ns|d|h|m|s))+)$/i.exec(plainText(text));
+  if (found === null) return null;
+  let seconds = 0;
+  let last = Infinity;
+  for (const [, digits, name] of (found[2] ?? "").matchAll(/([\d.]+)([a-z]+)/gi)) {
+    const unit = (name ?? "").toLowerCase();
+    const size = secondsOfUnit[unit] ?? 1 / (unitsOfSecond[unit] ?? 1);
+    // As IEC 61131-3 writes them: each unit once, the larger ones first.
+    if (size >= last) return null;
+    last = size;
+    seconds += unit in secondsOfUnit ? Number(digits) * size : Number(digits) / (unitsOfSecond[unit] ?? 1);
+  }
+  return Number.isFinite(seconds) ? Number((found[1] === "-" ? -seconds : seconds).toFixed(9)) : null;
+}
+
 function nanoseconds(seconds: number): bigint {
   const ns = Math.round(seconds * 1e9);
   return Number.isFinite(ns) ? BigInt(ns) : 0n;
@@ -137,15 +174,15 @@ export function parsedValue(text: string, shape: Shape): Value {
   if (shape.form === "text") return text;
   const trimmed = text.trim();
   if (isReal(shape)) {
-    const number = trimmed.replace(",", ".").replace(/_/g, "");
+    const number = plainText(trimmed);
     if (plainNumber.test(number)) return Number(number);
     return /^(NaN|[-+]?Infinity)$/.test(number) ? number.replace("+", "") : null;
   }
   const prefix = durations[shape.type];
   if (prefix !== undefined) {
     // A plain number is seconds, as it is drawn and shown.
-    const number = trimmed.replace(",", ".").replace(/_/g, "");
-    return plainNumber.test(number) ? durationText(nanoseconds(Number(number)), prefix) : trimmed;
+    const number = plainText(trimmed);
+    return plainNumber.test(number) ? durationText(nanoseconds(Number(number)), prefix) : trimmed.replace(",", ".");
   }
   if (!isInteger(shape)) return trimmed;
   const value = parsedInteger(trimmed, shape);

@@ -192,6 +192,29 @@ TEST(Alarms, WithoutRecordsAreThoseOfGlobals) {
   EXPECT_EQ(events[0].value, 40);
 }
 
+TEST(Alarms, OfGlobalsGoOnWhenARecordingDoesNotStart) {
+  const auto resource = std::move(*runtime::Resource::load(alarm_image()));
+  core::Diagnostics diagnostics;
+  Definition suppressed = above("Suppressed", "Total", 10);
+  suppressed.suppress = "Main0.Count";
+  Alarms alarms(*resource, {above("Count", "Main0.Count", 10), suppressed, above("Total", "Total", 10)}, true,
+                diagnostics);
+  ASSERT_TRUE(diagnostics.all().empty());
+  EXPECT_TRUE(alarms.needs_scans());
+  EXPECT_EQ(alarms.do_without_scans(), (std::vector<std::string>{"Count", "Suppressed"}));
+  EXPECT_FALSE(alarms.needs_scans());
+  ASSERT_EQ(alarms.count(), 1u);
+  for (core::TimeNs now_ns = 10'000'000; now_ns <= 200'000'000; now_ns += 10'000'000)
+    ASSERT_FALSE(resource->program(0).execute({now_ns, 0, now_ns}));
+  alarms.service(200'000'000, 200'000'000);
+  std::vector<Event> events;
+  std::vector<Kept> states;
+  alarms.take(events, states);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].alarm, "Total");
+  EXPECT_EQ(events[0].value, 40);
+}
+
 std::vector<Happened> kinds(const std::vector<Event>& events) {
   std::vector<Happened> all;
   for (const Event& event : events) all.push_back(event.what);

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "alarms/alarm_store.h"
+#include "engineering/validate.h"
 #include "historian/historian.h"
 #include "tests/unit/engineering/rig.h"
 
@@ -44,6 +45,54 @@ struct AlarmRig {
   std::unique_ptr<alarms::Alarms> alarms;
   std::unique_ptr<alarms::AlarmStore> store;
 };
+
+/// The row of a call, and its example with other fields.
+const engineering::Call& row(const char* path) { return *engineering::find_call(path); }
+Json example(const char* path, const Json& changes) {
+  Json fields = Json::parse(row(path).example);
+  for (const auto& [name, value] : changes.items()) {
+    if (value.is_null())
+      fields.erase(name);
+    else
+      fields[name] = value;
+  }
+  return fields;
+}
+/// A refusal as "400 P7714 field".
+std::string refusal_of(const HttpResponse& response) {
+  const Json body = body_of(response);
+  return std::to_string(response.status) + " " + body.value("code", "") + " " + body.value("field", "");
+}
+void expect_as_row_says(const HttpResponse& response, const char* path) {
+  ASSERT_EQ(response.status, 200) << response.body;
+  const auto wrong = engineering::wrong_fields(body_of(response), row(path).response);
+  EXPECT_FALSE(wrong) << wrong->field << " " << wrong->text << "\n" << response.body;
+}
+
+TEST(AlarmCalls, ShelveAnswersAndRefusesAsItsRowSays) {
+  constexpr const char* kPath = "/api/alarms/shelve";
+  AlarmRig r;
+  r.scans(5);
+  const auto refused = [&](const Json& changes, const std::string& role = "operator") {
+    return refusal_of(r.rig.post(kPath, example(kPath, changes), role));
+  };
+  EXPECT_EQ(refused({}, ""), "401 P7710 ");
+  EXPECT_EQ(refused({}, "viewer"), "403 P7711 ");
+  for (const char* const field : {"name", "seconds", "reason"}) {
+    EXPECT_EQ(refused({{field, nullptr}}), std::string("400 P7714 ") + field) << "is missing";
+    EXPECT_EQ(refused({{field, Json::array()}}), std::string("400 P7714 ") + field);
+  }
+  EXPECT_EQ(refused({{"name", ""}}), "400 P7714 name");
+  EXPECT_EQ(refused({{"name", std::string(1001, 'n')}}), "400 P7714 name");
+  for (const Json& seconds : {Json(0), Json(-1), Json(1.5), Json("60"), Json(INT64_MAX)})
+    EXPECT_EQ(refused({{"seconds", seconds}}), "400 P7714 seconds") << seconds;
+  EXPECT_EQ(refused({{"reason", std::string(501, 'r')}}), "400 P7714 reason");
+  EXPECT_EQ(refused({{"until", "tomorrow"}}), "400 P7714 until");
+  EXPECT_EQ(refused({{"name", "None"}}), "404 P7101 name");
+  EXPECT_EQ(r.list()["hidden"], 0) << "nothing was shelved";
+  expect_as_row_says(r.rig.post(kPath, example(kPath, {{"name", "High"}})), kPath);
+  EXPECT_EQ(r.list()["hidden"], 1);
+}
 
 TEST(AlarmCalls, ListAcknowledgeAndShelve) {
   AlarmRig r;
@@ -151,7 +200,19 @@ TEST(HistoryCalls, TellWhatWasSampled) {
   EXPECT_EQ(after["points"][0]["least"], 1.0);
   EXPECT_EQ(after["points"][0]["greatest"], total);
   EXPECT_EQ(body_of(rig.get("/api/history/tags"))["tags"], Json({"Total"}));
-  EXPECT_EQ(rig.get("/api/history?tag=None&from=0&to=1").status, 404);
+  expect_as_row_says(rig.get("/api/history?tag=Total&from=0&to=9000000000&points=10"), "/api/history");
+  EXPECT_EQ(refusal_of(rig.get("/api/history?tag=None&from=0&to=1")), "404 P7101 tag");
+  EXPECT_EQ(refusal_of(rig.get("/api/history?tag=Total&from=0&to=1", "")), "401 P7710 ") << "without login";
+  EXPECT_EQ(refusal_of(rig.get("/api/history?from=0&to=1")), "400 P7714 tag");
+  EXPECT_EQ(refusal_of(rig.get("/api/history?tag=&from=0&to=1")), "400 P7714 tag");
+  EXPECT_EQ(refusal_of(rig.get("/api/history?tag=" + std::string(1001, 't') + "&from=0&to=1")), "400 P7714 tag");
+  EXPECT_EQ(refusal_of(rig.get("/api/history?tag=Total&to=1")), "400 P7714 from");
+  EXPECT_EQ(refusal_of(rig.get("/api/history?tag=Total&from=0")), "400 P7714 to");
+  EXPECT_EQ(refusal_of(rig.get("/api/history?tag=Total&from=0&to=1&step=1")), "400 P7714 step");
+  for (const char* const wrong : {"-1", "1.5", "many", "", "99999999999999999999"})
+    EXPECT_EQ(refusal_of(rig.get(std::string("/api/history?tag=Total&from=0&to=1&points=") + wrong)),
+              "400 P7714 points")
+        << wrong;
   EXPECT_EQ(rig.get("/api/history?tag=Total&from=0&to=1&points=0").status, 400);
   EXPECT_EQ(rig.get("/api/history?tag=Total&from=0.5&to=1e3").status, 200);
   for (const char* const wrong : {"", "nan", "inf", "1e999", "1s", "0x1"})

@@ -111,7 +111,8 @@ TEST_P(EveryCall, RefusesAFieldThatItDoesNotHave) {
   EXPECT_EQ(body_of(ready.response)["field"], "nonsense");
 }
 
-/// Calls of a plant that has more than the rig: drawings, pages, alarms, a history. Their own tests send them.
+/// Calls of a plant that has more than the rig: drawings, pages, alarms, a history. Their own tests send them
+/// (diagrams_test.cpp, hmi_test.cpp, alarms_test.cpp).
 bool needs_more(std::string_view name) {
   return name.starts_with("diagrams.") || name == "pages.save" || name == "pages.press" || name == "alarms.shelve" ||
          name == "history.query";

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "engineering/kept_forces.h"
 #include "engineering/shadow_values.h"
@@ -93,7 +95,8 @@ TEST(KeptForces, HoldAfterAWarmStartWhenAsked) {
     EXPECT_EQ(body_of(force(rig, {{"path", "Start"}, {"value", true}, {"reason", "trial"}, {"warm", true}}))["code"],
               "P7701")
         << "without a folder";
-    rig.context.folder = folder;
+    engineering::KeptForces kept(folder, rig.forces);
+    rig.context.kept_forces = &kept;
     for (const auto& [path, value] : wanted) {
       const HttpResponse set = force(rig, {{"path", path}, {"value", value}, {"reason", "trial"}, {"warm", true}});
       ASSERT_EQ(set.status, 200) << path << set.body;
@@ -125,6 +128,48 @@ TEST(KeptForces, HoldAfterAWarmStartWhenAsked) {
   EngineeringRig cold;
   EXPECT_TRUE(engineering::force_again(folder, 0, 0, cold.forces).empty());
   EXPECT_EQ(cold.forces.size(), 0u);
+}
+
+TEST(Forces, OfAProgramOnTrialAreKeptOnceItStays) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.file("");
+  EngineeringRig rig;
+  engineering::KeptForces kept(folder, rig.forces);
+  rig.context.kept_forces = &kept;
+  const auto on_the_disk = [&folder] {
+    EngineeringRig next;
+    EXPECT_TRUE(engineering::force_again(folder, 0, 0, next.forces).empty());
+    std::vector<std::string> paths;
+    for (const runtime::Force& force : next.forces.list()) paths.push_back(force.path);
+    return paths;
+  };
+  const auto set = [&rig](const char* path) {
+    EXPECT_EQ(force(rig, {{"path", path}, {"value", 1}, {"reason", "valve is changed"}, {"warm", true}}).status, 200);
+  };
+  set("Total");
+  ASSERT_EQ(on_the_disk(), std::vector<std::string>{"Total"});
+  kept.hold();
+  set("Percent");
+  EXPECT_EQ(rig.post("/api/forces/release", {{"path", "Total"}}, "engineer").status, 200);
+  EXPECT_FALSE(kept.is_due()) << "on trial";
+  EXPECT_EQ(on_the_disk(), std::vector<std::string>{"Total"}) << "those of the program before";
+  kept.release();
+  ASSERT_TRUE(kept.is_due());
+  EXPECT_EQ(kept.store(), "");
+  EXPECT_FALSE(kept.is_due());
+  EXPECT_EQ(on_the_disk(), std::vector<std::string>{"Percent"});
+}
+
+TEST(KeptForces, AreDueUntilTheDiskTakesThem) {
+  const ScratchFolder scratch;
+  EngineeringRig rig;
+  engineering::KeptForces kept(scratch.file("none/there"), rig.forces);
+  ASSERT_TRUE(rig.forces.set({"Total", "1", "anna", "trial", 0, {}, true}));
+  EXPECT_NE(kept.store(), "");
+  EXPECT_TRUE(kept.is_due());
+  std::filesystem::create_directories(scratch.file("none/there"));
+  EXPECT_EQ(kept.store(), "");
+  EXPECT_FALSE(kept.is_due());
 }
 
 TEST(Forces, EndByAClockThatNobodySets) {

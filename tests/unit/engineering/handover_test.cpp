@@ -66,6 +66,18 @@ TEST_F(Handover, SessionsOfWhoIsGoneOrHasAnotherRoleEnd) {
   EXPECT_EQ(stay[0]["user"], "anna");
 }
 
+TEST_F(Handover, OfAServerThatDiesHasNobodyWhoIsGone) {
+  const auto now = server();
+  std::string latest;
+  now->on_sessions([&latest](std::string handover) { latest = std::move(handover); });
+  Sessions before;
+  before.begin("anna", Right::kAdmin, "127.0.0.1", rig.clock.now_ns());
+  now->take_over(engineering::handover_text(before, 0));
+  EXPECT_EQ(latest, "");
+  now->start();  // there is no such user
+  EXPECT_EQ(Json::parse(latest)["sessions"].size(), 0u);
+}
+
 TEST_F(Handover, HasThePortAlsoAfterTheServerHasStopped) {
   const auto now = server();
   now->start();

@@ -208,9 +208,12 @@ TEST_F(Hmi, WhatIsNotThereIsSaidAndNotOffered) {
       "[[page.element]]\nkind = \"plot\"\nx = 0\ny = 0\nvariables = [\"Long\", \"Short\"]\n");
   const Json problems = body_of(rig_->get("/api/pages"))["problems"];
   ASSERT_EQ(problems.size(), 4u) << problems;
-  EXPECT_EQ(problems[0].get<std::string>().substr(0, 31), "pages.toml:3:1: warning P7776: ") << problems;
-  EXPECT_NE(problems.dump().find("is no BOOL"), std::string::npos);
-  EXPECT_NE(problems.dump().find("cannot be written"), std::string::npos);
+  EXPECT_EQ(problems[0].get<std::string>().substr(0, 32), "pages.toml:7:12: warning P7776: ") << problems;
+  EXPECT_NE(problems.dump().find("pages.toml:17:12: warning P7776: \\\"Long\\\" is no BOOL"), std::string::npos)
+      << problems;
+  EXPECT_NE(problems.dump().find("pages.toml:12:12: warning P7776: \\\"Fixed\\\" cannot be written"), std::string::npos)
+      << problems;
+  EXPECT_NE(problems.dump().find("pages.toml:22:13: warning P7776"), std::string::npos) << problems;
   EXPECT_NE(problems.dump().find("Short"), std::string::npos);
   EXPECT_EQ(written("Long", "1"), "P7777 values");
 }
@@ -264,13 +267,14 @@ TEST_F(Hmi, WrongPagesAreNotSaved) {
     change(saved["pages"][0]);
     return outcome(rig_->post("/api/pages/save", saved, "engineer"));
   };
-  EXPECT_EQ(save([](Json& page) { page["elements"][0]["kind"] = "lever"; }), "P7771 pages");
+  EXPECT_EQ(save([](Json& page) { page["elements"][0]["kind"] = "lever"; }), "P7771 pages[0].elements[0].kind");
   EXPECT_EQ(save([](Json& page) { page["elements"][0]["unit"] = 5; }), "P7714 pages[0].elements[0].unit");
-  EXPECT_EQ(save([](Json& page) { page["elements"][0]["seconds"] = 5; }), "P7771 pages");
-  EXPECT_EQ(save([](Json& page) { page["elements"][0]["x"] = 20; }), "P7774 pages");
-  EXPECT_EQ(save([](Json& page) { page["elements"][0]["low"] = 20; }), "P7772 pages");
-  EXPECT_EQ(save([](Json& page) { page["elements"][0].erase("variable"); }), "P7773 pages");
-  EXPECT_EQ(save([](Json& page) { page["name"] = "no name"; }), "P7772 pages");
+  EXPECT_EQ(save([](Json& page) { page["elements"][0]["seconds"] = 5; }), "P7771 pages[0].elements[0].seconds");
+  EXPECT_EQ(save([](Json& page) { page["elements"][0]["x"] = 20; }), "P7774 pages[0].elements[0]");
+  EXPECT_EQ(save([](Json& page) { page["elements"][4]["x"] = 24; }), "P7774 pages[0].elements[4].x");
+  EXPECT_EQ(save([](Json& page) { page["elements"][0]["low"] = 20; }), "P7772 pages[0].elements[0].high");
+  EXPECT_EQ(save([](Json& page) { page["elements"][1].erase("variable"); }), "P7773 pages[0].elements[1]");
+  EXPECT_EQ(save([](Json& page) { page["name"] = "no name"; }), "P7772 pages[0].name");
   EXPECT_EQ(file(), kPages);
   // A comment is a comment, whatever is in it.
   EXPECT_EQ(save([](Json& page) { page["comment"] = {" a\nname = \"b\""}; }), "200");
@@ -370,6 +374,33 @@ TEST_F(Hmi, WhatComesLatePressesNothing) {
   EXPECT_EQ(start(), "0");
   EXPECT_TRUE(say({{"until_ms", now_ms + 1}}));
   EXPECT_EQ(start(), "1");
+}
+
+TEST_F(Hmi, WhatComesLateWritesNothing) {
+  rig(kPages);
+  const auto say = [&](std::int64_t after_ms, const std::string& role = "operator") {
+    const std::int64_t until_ms = rig_->calendar.utc_ns() / 1'000'000 + after_ms;
+    const HttpResponse answer = rig_->post(
+        "/api/values/write", {{"values", {{{"path", "Start"}, {"value", true}}}}, {"until_ms", until_ms}}, role);
+    EXPECT_EQ(answer.status, 200) << answer.body;
+    return body_of(answer)["written"].get<int>();
+  };
+  const std::size_t audited = rig_->audit.recent(100).size();
+  EXPECT_EQ(say(-1), 0);
+  EXPECT_EQ(say(-3'600'000, "engineer"), 0);
+  EXPECT_EQ(start(), "0");
+  EXPECT_EQ(rig_->audit.recent(100).size(), audited) << "nothing was done";
+  EXPECT_EQ(say(0), 1);
+  EXPECT_EQ(start(), "1");
+  EXPECT_EQ(rig_->audit.recent(100).size(), audited + 1);
+  // What may not be is refused, late or not; and it is a whole number.
+  const auto refused = [&](const Json& until) {
+    return outcome(
+        rig_->post("/api/values/write", {{"values", {{{"path", "Long"}, {"value", "1"}}}}, {"until_ms", until}}));
+  };
+  EXPECT_EQ(refused(0), "P7777 values");
+  EXPECT_EQ(refused("soon"), "P7714 until_ms");
+  EXPECT_EQ(refused(1.5), "P7714 until_ms");
 }
 
 TEST_F(Hmi, OnlyButtonsAreHeld) {

@@ -3,11 +3,15 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
+#include <chrono>
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "engineering/login_delay.h"
@@ -204,6 +208,48 @@ TEST(Sessions, AreForgottenWhenTheyAreTooMany) {
   EXPECT_TRUE(sessions.use(other, 100));
 }
 
+TEST(Sessions, ThatBeginOrEndAreTold) {
+  EngineeringRig rig;
+  std::size_t told = 0, there = 0;
+  rig.sessions.on_change([&] {
+    ++told;
+    there = rig.sessions.kept().size();
+  });
+  rig.session("viewer");
+  const std::string secret = rig.session("engineer");
+  rig.session("admin");
+  EXPECT_EQ(std::pair(told, there), std::pair(std::size_t{3}, std::size_t{3}));
+  EXPECT_TRUE(rig.sessions.use(secret, rig.clock.now_ns()));
+  EXPECT_EQ(told, 3u) << "a call is no news";
+  EXPECT_EQ(rig.post("/api/logout", Json::object(), "engineer").status, 200);
+  EXPECT_EQ(std::pair(told, there), std::pair(std::size_t{4}, std::size_t{2})) << "before the answer";
+  EXPECT_EQ(rig.post("/api/users/remove", {{"user", "viewer"}}, "admin").status, 200);
+  EXPECT_EQ(std::pair(told, there), std::pair(std::size_t{5}, std::size_t{1}));
+  rig.sessions.end(secret);
+  EXPECT_EQ(told, 5u) << "it has ended already";
+}
+
+TEST(Sessions, AreToldOfOneAfterAnother) {
+  Sessions sessions;
+  std::atomic<int> told{0};
+  std::size_t handed_over = 0;  // as the process that follows finds it
+  std::mutex writes;
+  sessions.on_change([&] {
+    const bool first = told++ == 0;
+    const std::size_t there = sessions.kept().size();
+    // Who reads first takes its time to write.
+    if (first) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    const std::lock_guard lock(writes);
+    handed_over = there;
+  });
+  std::thread logs_in([&] { sessions.begin("anna", Right::kViewer, "10.0.0.1", 0); });
+  while (told == 0) std::this_thread::yield();
+  sessions.end_all_of("anna");
+  logs_in.join();
+  EXPECT_EQ(told, 2);
+  EXPECT_EQ(handed_over, 0u) << "who has logged out would be there again";
+}
+
 TEST(Session, ASecretIsNoneAfterLogout) {
   EngineeringRig rig;
   HttpRequest request = rig.request("POST", "/api/logout", "{}");
@@ -280,13 +326,17 @@ TEST(Tokens, DoWhatTheyMayUntilTheyEnd) {
   const HttpResponse made =
       rig.post("/api/tokens/add", {{"name", "grafana"}, {"role", "viewer"}, {"days", 1}}, "operator");
   ASSERT_EQ(made.status, 200) << made.body;
+  std::string said;
   const auto call = [&](const std::string& method, const std::string& target, const std::string& body = {}) {
     HttpRequest request = rig.request(method, target, body);
     request.authorization = "Bearer " + body_of(made)["token"].get<std::string>();
-    return rig.send(request).status;
+    const HttpResponse response = rig.send(request);
+    said = response.body;
+    return response.status;
   };
   EXPECT_EQ(call("GET", "/api/tasks"), 200);
   EXPECT_EQ(call("POST", "/api/values/write", R"({"values": []})"), 403);
+  EXPECT_NE(said.find("this call is for operator, and this token is viewer"), std::string::npos) << said;
   EXPECT_EQ(call("POST", "/api/tokens/add", R"({"name": "more"})"), 403) << "a token makes no tokens";
   HttpRequest cookie = rig.request("GET", "/api/tasks");
   cookie.cookie = "picard=" + body_of(made)["token"].get<std::string>();

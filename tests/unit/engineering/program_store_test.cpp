@@ -239,7 +239,7 @@ TEST(Fingerprint, OfAFolderIsThatOfItsSourcesAlone) {
   write(folder / "main.st", "PROGRAM Main");
   write(folder / "parts/Motor.TcPOU", "<TcPlcObject/>");
   const std::string before = engineering::fingerprint_of(folder.string());
-  EXPECT_EQ(before.size(), 64u);
+  EXPECT_EQ(before.size(), std::string("sources:").size() + 64);
   for (const char* beside : {"pages.toml", "alarms.toml", "plant.log", "state/retain", "state/program/chosen.json",
                              "state/program/stored.project", ".hidden/old.st"}) {
     write(folder / beside, "something");
@@ -269,10 +269,23 @@ TEST(Fingerprint, OfAProjectFileIsThatOfWhatItLists) {
 TEST(Fingerprint, OfAFileIsItsHash) {
   const ScratchFolder scratch;
   write(scratch.file("plant.xml"), std::string(200'000, 'x'));
-  EXPECT_EQ(engineering::fingerprint_of(scratch.file("plant.xml")), engineering::sha256(std::string(200'000, 'x')));
+  EXPECT_EQ(engineering::fingerprint_of(scratch.file("plant.xml")),
+            "file:" + engineering::sha256(std::string(200'000, 'x')));
   write(scratch.file("empty.st"), "");
-  EXPECT_EQ(engineering::fingerprint_of(scratch.file("empty.st")), engineering::sha256(""));
+  EXPECT_EQ(engineering::fingerprint_of(scratch.file("empty.st")), "file:" + engineering::sha256(""));
   EXPECT_EQ(engineering::fingerprint_of(scratch.file("none.xml")), "");
+}
+
+TEST(Fingerprint, OfAVersionBeforeIsThatOfAFileOrUnknown) {
+  using engineering::compare_fingerprints;
+  using engineering::SameFile;
+  EXPECT_EQ(compare_fingerprints("file:12", "file:12"), SameFile::kYes);
+  EXPECT_EQ(compare_fingerprints("file:12", "file:13"), SameFile::kNo);
+  EXPECT_EQ(compare_fingerprints("file:12", "sources:12"), SameFile::kNo) << "a folder in place of a file";
+  EXPECT_EQ(compare_fingerprints("sources:12", "sources:13"), SameFile::kNo);
+  EXPECT_EQ(compare_fingerprints("12", "file:12"), SameFile::kYes);
+  EXPECT_EQ(compare_fingerprints("12", "file:13"), SameFile::kNo);
+  EXPECT_EQ(compare_fingerprints("12", "sources:12"), SameFile::kUnknown);
 }
 
 TEST(Tar, LooksAtSizesBeforeItReads) {

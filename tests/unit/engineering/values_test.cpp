@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engineering/value_stream.h"
+#include "tests/support/image_builder.h"
 #include "tests/unit/engineering/rig.h"
 
 namespace plc::test {
@@ -242,6 +243,26 @@ TEST(ValueStream, SendsAllThenWhatChanged) {
   EXPECT_EQ(second.whole, 0);
   EXPECT_EQ(second.dirty, (std::vector<std::size_t>{0, 3}));
   EXPECT_EQ(second.values, std::string("\2\0\0\0\2\1\0\0", 8));
+}
+
+TEST(ValueStream, TellsTheClockAlsoWhenNothingChanges) {
+  EngineeringRig rig;
+  engineering::ValueStream stream(rig.context, 10'000'000);
+  stream.take(R"({"subscribe": ["Total", "Text"]})");
+  ASSERT_TRUE(stream.next());
+  rig.calendar.now_ns -= 3600 * engineering::ValueStream::kStillNs;
+  rig.clock.sleep_until_ns(rig.clock.now_ns() + engineering::ValueStream::kStillNs - 1);
+  EXPECT_FALSE(stream.next());
+  rig.clock.sleep_until_ns(rig.clock.now_ns() + 1);
+  const auto frame = stream.next();
+  ASSERT_TRUE(frame);
+  const Decoded still = decode(frame->bytes);
+  EXPECT_EQ(still.whole, 0);
+  EXPECT_EQ(still.count, 2u);
+  EXPECT_TRUE(still.dirty.empty());
+  EXPECT_EQ(still.values, "");
+  EXPECT_EQ(still.time_ns, rig.calendar.now_ns);
+  EXPECT_FALSE(stream.next());
 }
 
 TEST(ValueStream, ASlowClientGetsTheNewestAlone) {

@@ -205,7 +205,9 @@ TEST(Document, SaysWhatIsWrongWhere) {
        "pages.toml:8:8: error P7771: \"unit\" is no key of a lamp"},
       {"kind = \"lamp\"\nx = 0\ny = 0\nvariable = \"A\"\ncolour = \"pink\"\n", "one of green|blue|yellow|red|grey"},
       {"kind = \"slider\"\nx = 0\ny = 0\nvariable = \"A\"\nlow = 100\n",
-       "high is 100, and should be more than low, 100"},
+       "pages.toml:8:7: error P7772: high is 100, and should be more than low, 100"},
+      {"kind = \"slider\"\nx = 0\ny = 0\nvariable = \"A\"\nlow = 100\nhigh = 50\n",
+       "pages.toml:9:8: error P7772: high is 50, and should be more than low, 100"},
       {"kind = \"gauge\"\nx = 0\ny = 0\nvariable = \"A\"\nlow = nan\n", "low is no number of use"},
       {"kind = \"number\"\nx = 0\ny = 0\nvariable = \"A\"\nformat = \"%d\"\n", "\"%d\" is no format"},
       {"kind = \"number\"\nx = 0\ny = 0\nvariable = \"A\"\nstep = 0\n", "step is 0, and should be more than 0"},
@@ -213,11 +215,44 @@ TEST(Document, SaysWhatIsWrongWhere) {
       {"kind = \"plot\"\nx = 0\ny = 0\nvariables = [1]\n", "variables is a whole number, and should be texts"},
       {"kind = \"picture\"\nx = 0\ny = 0\nlabel = \"P\"\nfile = \"../../etc/shadow.png\"\n", "is no name of a picture"},
       {"kind = \"picture\"\nx = 0\ny = 0\nlabel = \"P\"\nfile = \"plc.toml\"\n", "is no name of a picture"},
-      {"kind = \"link\"\nx = 0\ny = 0\npage = \"b\"\n", "error P7775: there is no page \"b\""},
+      {"kind = \"link\"\nx = 0\ny = 0\npage = \"b\"\n", "pages.toml:7:8: error P7775: there is no page \"b\""},
   };
   for (const Mistake& one : in_elements) {
     EXPECT_NE(problems(on_page(one.text)).find(one.said), std::string::npos) << problems(on_page(one.text));
   }
+}
+
+TEST(Document, KeysHaveTheirPlaces) {
+  const Document document = read(
+      "[[page]]\nname = \"a\"\n[[page.element]]\nkind = \"plot\"\nx = 0\ny = 0\n"
+      "variables = [\n  \"A\",\n]\n");
+  const Element& element = document.pages.at(0).elements.at(0);
+  EXPECT_EQ(element.place(key("variables")).line, 7u);
+  EXPECT_EQ(element.place(key("variables")).column, 13u);
+  EXPECT_EQ(element.place(key("label")), element.at) << "it is not there";
+  EXPECT_EQ(element.at.line, 3u);
+}
+
+TEST(Document, LinesThatAreWrittenAreFieldsOfACall) {
+  // Every line of the text, by what it is of.
+  const std::string text = write_document(read(kStation));
+  std::istringstream lines(text);
+  std::uint32_t number = 0;
+  std::string fields;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line == "[[page]]" || line == "[[page.element]]" || line.starts_with("variable") || line.starts_with("name"))
+      fields += line.substr(0, line.find(' ')) + " " + field_of_line(text, number) + "\n";
+  }
+  const std::string begin =
+      "[[page]] pages[0]\nname pages[0].name\n"
+      "[[page.element]] pages[0].elements[0]\nvariable pages[0].elements[0].variable\n"
+      "[[page.element]] pages[0].elements[1]\nvariable pages[0].elements[1].variable\n";
+  EXPECT_EQ(fields.substr(0, begin.size()), begin);
+  EXPECT_EQ(field_of_line(text, 0), "");
+  EXPECT_EQ(field_of_line(text, 1), "") << "a comment of the file";
+  EXPECT_EQ(field_of_line(text, number + 1), "");
+  EXPECT_EQ(field_of_line("[[page]]\nname = \"a\"\n\n[[page]]\nname = \"[[page.element]]\"\n", 5), "pages[1].name");
 }
 
 TEST(Document, HasLimits) {

@@ -46,6 +46,11 @@ export function useCell(page: HmiPage, editing: boolean): { frame: (element: HTM
   return { frame, cell: Math.max(leastCell, cell), flows };
 }
 
+/** Where cells are small, so is what is in them: names and controls have place then. */
+export function sizeClass(cell: number): string {
+  return cell < 32 ? "small" : "";
+}
+
 export function placeOf(element: HmiElement): Record<string, string> {
   return { gridColumn: `${element.x + 1} / span ${element.width}`, gridRow: `${element.y + 1} / span ${element.height}` };
 }
@@ -65,7 +70,7 @@ export function Canvas(properties: { page: HmiPage; values: LiveValues }): JSX.E
   const inOrder = flows ? [...page.elements].sort((one, other) => one.y - other.y || one.x - other.x) : page.elements;
   return (
     <div ref={frame}>
-      <div key={String(flows)} class={flows ? "hmi flows" : "hmi"} style={flows ? { "--cell": "40px" } : gridOf(page, cell)}>
+      <div key={String(flows)} class={flows ? "hmi flows" : `hmi ${sizeClass(cell)}`} style={flows ? { "--cell": "40px" } : gridOf(page, cell)}>
         {inOrder.map((element) => (
           <div key={`${page.elements.indexOf(element)} ${element.kind} ${element.variable ?? ""}`} class={`hmi-element kind-${element.kind}`} data-path={element.variable} style={flows ? {} : placeOf(element)}>
             <Widget element={element} values={values} />

@@ -7,7 +7,7 @@ import { texts } from "../texts";
 import { clipped, isDuration, isReal, parsedValue, rawOf } from "../values";
 import { nameOf, type HmiElement } from "./document";
 import { isOn, liveNumber, numberText, scaleOf, withUnit } from "./format";
-import { Caption, stateWord } from "./shapes";
+import { Caption, stateWord, Value, Word } from "./shapes";
 import { useHold, useNewestWrite, writeOffered } from "./writing";
 
 const t = texts.hmi;
@@ -29,11 +29,12 @@ export function Switch(properties: Control): JSX.Element {
         aria-checked={on}
         aria-label={clipped(nameOf(element), 80)}
         class="switch"
+        title={live.problem === "" ? undefined : live.problem}
         disabled={live.raw === undefined}
         onClick={() => void writeOffered(element.variable ?? "", !on)}
       >
-        <span class="switch-knob" aria-hidden="true" />
-        {clipped(stateWord(element, live), 60)}
+        {live.problem === "" ? <span class="switch-knob" aria-hidden="true" /> : null}
+        <Word live={live} text={stateWord(element, live)} />
       </button>
     </>
   );
@@ -107,7 +108,7 @@ export function Slider(properties: Control): JSX.Element {
   return (
     <>
       <Caption element={element}>
-        <span class="hmi-value number">{live.problem !== "" ? clipped(live.problem, 120) : withUnit(text, element.unit)}</span>
+        <Value live={live} text={withUnit(text, element.unit)} />
       </Caption>
       <input
         type="range"

@@ -18,6 +18,11 @@ export function nameOf(element: HmiElement): string {
   return element.label ?? (element.variable !== undefined ? lastPart(element.variable) : (element.text ?? element.variables?.map(lastPart).join(", ") ?? ""));
 }
 
+/** What people call a page. */
+export function titleOf(page: HmiPage): string {
+  return page.title === undefined || page.title === "" ? page.name : page.title;
+}
+
 /** The same element, as near as it can be on the page. */
 export function placed(page: HmiPage, element: HmiElement): HmiElement {
   const width = Math.max(1, Math.min(element.width, page.columns));
@@ -52,6 +57,13 @@ export function withPage(document: HmiDocument, at: number, page: HmiPage): HmiD
 
 export function withElement(page: HmiPage, at: number, element: HmiElement): HmiPage {
   return { ...page, elements: page.elements.map((one, i) => (i === at ? placed(page, element) : one)) };
+}
+
+/** What a refusal of pages.save is about: "pages[0].elements[2].low". */
+export function placeOfField(field: string | undefined): { page: number; element: number | undefined; key: string | undefined } | undefined {
+  const found = /^pages\[(\d+)\](?:\.elements\[(\d+)\])?(?:\.(\w+))?/.exec(field ?? "");
+  if (found === null) return undefined;
+  return { page: Number(found[1]), element: found[2] === undefined ? undefined : Number(found[2]), key: found[3] };
 }
 
 /** A page name that is not taken: "page", "page-2", .. */

@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { LiveValues } from "../live";
 import { texts } from "../texts";
 import { clipped } from "../values";
-import { gridOf, placeOf, useCell } from "./canvas";
+import { gridOf, placeOf, sizeClass, useCell } from "./canvas";
 import { nameOf, placed, type HmiElement, type HmiPage } from "./document";
 import { Widget } from "./widget";
 
@@ -24,7 +24,7 @@ export function EditCanvas(properties: {
   page: HmiPage;
   values: LiveValues;
   selected: number | undefined;
-  /** Another number: the selected element is new, and gets the focus. */
+  /** Another number: the selected element is new, or wrong, and gets the focus. */
   made: number;
   onSelect: (index: number | undefined) => void;
   /** `step`: changes of the same one are one step to undo. */
@@ -108,7 +108,7 @@ export function EditCanvas(properties: {
   return (
     <div class="hmi-scroll" ref={frame}>
       <div
-        class="hmi hmi-grid"
+        class={`hmi hmi-grid ${sizeClass(cell)}`}
         ref={grid}
         role="group"
         aria-label={t.canvas}

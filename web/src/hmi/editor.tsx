@@ -3,13 +3,13 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { PagesGetAnswer } from "../../client/calls";
 import type { LiveValues } from "../live";
-import { notify } from "../notice";
+import { notify, warn } from "../notice";
 import { ask, plc, problemOf, session, type Problem } from "../plc";
 import { texts } from "../texts";
 import { download } from "../ui/download";
 import { Dialog, ProblemBox, Section } from "../ui/parts";
 import { clipped } from "../values";
-import { cleaned, freeName, madeElement, nameOf, withElement, withPage, type HmiDocument, type HmiElement, type HmiKind, type HmiPage } from "./document";
+import { cleaned, freeName, madeElement, nameOf, titleOf, withElement, withPage, placeOfField, type HmiDocument, type HmiElement, type HmiKind, type HmiPage } from "./document";
 import { EditCanvas } from "./edit_canvas";
 import { useHistory } from "./history";
 import { Palette } from "./palette";
@@ -59,7 +59,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
   const [problem, setProblem] = useState<Problem>();
   const [leaving, setLeaving] = useState(false);
   const [said, say] = useState("");
-  // So that keys go on with what was just made.
+  // So that keys go on with what was just made, or is wrong.
   const [made, setMade] = useState(0);
 
   const kept = useRef<HmiDocument>(begun?.kept ?? history.value);
@@ -120,6 +120,23 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
     history.set({ ...document_, pages: document_.pages.filter((_, i) => i !== at) });
     setSelected(undefined);
   };
+  /** Says which element of what was sent is wrong, and goes there. */
+  const showRefusal = (refused: Problem, sent: HmiDocument): void => {
+    const place = placeOfField(refused.field);
+    const wrongPage = place === undefined ? undefined : sent.pages[place.page];
+    if (place === undefined || wrongPage === undefined) return setProblem(refused);
+    const wrong = place.element === undefined ? undefined : wrongPage.elements[place.element];
+    const key = wrong === undefined ? undefined : texts.hmi.keys[place.key ?? ""];
+    const where = wrong === undefined ? t.onPage(clipped(titleOf(wrongPage), 60)) : t.wrongElement(texts.hmi.kinds[wrong.kind] ?? wrong.kind, clipped(nameOf(wrong), 60), wrong.x, wrong.y, key);
+    const text = `${where}: ${refused.text}`;
+    setProblem({ ...refused, text });
+    setAt(place.page);
+    setSelected(place.element);
+    if (wrong === undefined) return;
+    setMade((before) => before + 1);
+    // WHY twice: on a narrow screen the one above is out of sight when the element is in it.
+    warn(text);
+  };
   /** `over`: the version that is written over, where somebody else has saved meanwhile. */
   const save = async (over = version): Promise<void> => {
     // WHY: a second one would find what the first one has written, and call it somebody else's.
@@ -137,7 +154,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
       properties.onSaved({ ...pages, version: answer.version, made: false, pages: clean, problems: answer.problems });
       notify(t.saved);
     } catch (error) {
-      setProblem(problemOf(error));
+      showRefusal(problemOf(error), sent);
     }
     saving.current = false;
     setBusy(false);
@@ -196,7 +213,7 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
                 setSelected(undefined);
               }}
             >
-              {clipped(one.title ?? one.name, 60)}
+              {clipped(titleOf(one), 60)}
             </button>
           ))}
           <button type="button" onClick={addPage}>
@@ -233,10 +250,11 @@ export function Editor(properties: { pages: PagesGetAnswer; at: number; values: 
             ) : (
               <>
                 <ElementForm
-                  key={selected}
+                  key={`${at} ${selected} ${element.kind}`}
                   element={element}
                   kind={kind}
                   pages={document_.pages}
+                  live={values}
                   onChange={(next, key) => change(selected, next, `${at} ${selected} ${key}`)}
                 />
                 <div class="buttons">

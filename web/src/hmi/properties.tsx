@@ -1,22 +1,24 @@
 // Forms of what is edited: the keys that the server tells of each kind.
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
+import { useLive, type LiveValues } from "../live";
 import { texts } from "../texts";
 import { Field } from "../ui/parts";
 import { PathInput } from "../ui/path_input";
-import { clipped } from "../values";
+import { clipped, isDuration, isTooLarge } from "../values";
 import { fitted, type HmiElement, type HmiKey, type HmiKind, type HmiPage } from "./document";
+import { NumberText } from "./number_text";
 
 const t = texts.hmi;
 type Values = Record<string, unknown>;
 
-/** TRUE, FALSE, a number, or else a text. */
+/** TRUE, FALSE, a number, or else a text: also a whole number that would be rounded. */
 function plainValue(text: string): boolean | number | string | undefined {
   const trimmed = text.trim();
   if (trimmed === "") return undefined;
   if (/^true$/i.test(trimmed)) return true;
   if (/^false$/i.test(trimmed)) return false;
-  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(trimmed) ? Number(trimmed) : text;
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(trimmed) && !isTooLarge(trimmed) ? Number(trimmed) : text;
 }
 
 function plainText(value: unknown): string {
@@ -52,7 +54,7 @@ function NumberInput(properties: { id: string; value: number | undefined; onInpu
   );
 }
 
-function KeyInput(properties: { id: string; field: HmiKey; value: unknown; pages: readonly HmiPage[]; onInput: (value: unknown) => void }): JSX.Element {
+function KeyInput(properties: { id: string; field: HmiKey; value: unknown; pages: readonly HmiPage[]; durations: boolean; onInput: (value: unknown) => void }): JSX.Element {
   const { id, field, value, onInput } = properties;
   if (field.name === "variable") return <PathInput id={id} value={plainText(value)} onInput={onInput} />;
   if (field.name === "page" || field.choices !== undefined) {
@@ -72,7 +74,7 @@ function KeyInput(properties: { id: string; field: HmiKey; value: unknown; pages
       return <input id={id} type="checkbox" checked={value === true} onChange={(event) => onInput(event.currentTarget.checked ? true : undefined)} />;
     case "number":
     case "integer":
-      return <NumberInput id={id} value={typeof value === "number" ? value : undefined} onInput={onInput} />;
+      return <NumberText id={id} value={typeof value === "number" ? value : undefined} durations={properties.durations} onInput={onInput} />;
     case "texts":
       return (
         <textarea
@@ -95,17 +97,22 @@ export function ElementForm(properties: {
   element: HmiElement;
   kind: HmiKind | undefined;
   pages: readonly HmiPage[];
+  live: LiveValues;
   onChange: (element: HmiElement, key: string) => void;
 }): JSX.Element {
   const { element, kind } = properties;
+  const { shape } = useLive(properties.live, element.variable === "" ? undefined : element.variable);
+  const isTime = shape !== undefined && isDuration(shape);
+  const isNumber = (key: HmiKey): boolean => key.type === "number" || key.type === "integer";
+  const help = (key: HmiKey): string => (isTime && isNumber(key) ? t.editor.inSeconds(clipped(key.doc, 200)) : clipped(key.doc, 200));
   const values = element as unknown as Values;
   const set = (key: string, value: unknown): void => properties.onChange({ ...(values as object), [key]: value } as unknown as HmiElement, key);
   return (
     <div class="hmi-form">
       <p class="quiet-text">{t.kinds[element.kind] ?? element.kind}</p>
       {(kind?.keys ?? []).map((key) => (
-        <Field key={key.name} label={t.keys[key.name] ?? key.name} help={clipped(key.doc, 200)}>
-          {(id) => <KeyInput id={id} field={key} value={values[key.name]} pages={properties.pages} onInput={(value) => set(key.name, value)} />}
+        <Field key={key.name} label={t.keys[key.name] ?? key.name} help={help(key)}>
+          {(id) => <KeyInput id={id} field={key} value={values[key.name]} pages={properties.pages} durations={isTime || shape === undefined || key.name === "seconds"} onInput={(value) => set(key.name, value)} />}
         </Field>
       ))}
       <div class="hmi-measures">

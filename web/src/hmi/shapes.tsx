@@ -13,7 +13,11 @@ export function Caption(properties: { element: HmiElement; children?: JSX.Elemen
   const name = clipped(nameOf(properties.element), 80);
   return (
     <span class="hmi-caption">
-      {name === "" ? null : <span class="hmi-label">{name}</span>}
+      {name === "" ? null : (
+        <span class="hmi-label" title={name}>
+          {name}
+        </span>
+      )}
       {properties.children}
     </span>
   );
@@ -39,9 +43,32 @@ function meter(element: HmiElement, live: Live): JSX.IntrinsicElements["div"] {
   };
 }
 
-function Value(properties: { element: HmiElement; live: Live }): JSX.Element {
+/** A state; why there is none goes on in its title, where it has no place. */
+export function Word(properties: { live: Live; text: string; hidden?: boolean }): JSX.Element {
+  return (
+    <span class="hmi-word" title={titleOf(properties.live)} aria-hidden={properties.hidden}>
+      {clipped(properties.text, 60)}
+    </span>
+  );
+}
+
+function titleOf(live: Live): string | undefined {
+  return live.problem === "" ? undefined : live.problem;
+}
+
+/** A value as this text, or why there is none. */
+export function Value(properties: { live: Live; text: string }): JSX.Element {
+  const { live, text } = properties;
+  return (
+    <span class={live.problem === "" ? "hmi-value number" : "hmi-word"} title={titleOf(live)}>
+      {live.problem === "" ? text : clipped(live.problem, 120)}
+    </span>
+  );
+}
+
+function ValueOf(properties: { element: HmiElement; live: Live }): JSX.Element {
   const { element, live } = properties;
-  return <span class="hmi-value number">{live.problem !== "" ? clipped(live.problem, 120) : withUnit(numberText(live, element.format), element.unit)}</span>;
+  return <Value live={live} text={withUnit(numberText(live, element.format), element.unit)} />;
 }
 
 export function Lamp(properties: { element: HmiElement; live: Live }): JSX.Element {
@@ -55,7 +82,7 @@ export function Lamp(properties: { element: HmiElement; live: Live }): JSX.Eleme
         <svg class={`hmi-lamp ${on ? `on ${element.colour ?? "green"}` : ""}`} viewBox="0 0 24 24" role="img" aria-label={t.state(clipped(nameOf(element), 80), word)}>
           <circle cx="12" cy="12" r="9" />
         </svg>
-        <span aria-hidden="true">{clipped(word, 60)}</span>
+        <Word live={live} text={word} hidden={true} />
       </span>
     </>
   );
@@ -70,7 +97,7 @@ export function Valve(properties: { element: HmiElement; live: Live }): JSX.Elem
         <path d="M4 5 L24 16 L4 27 Z M44 5 L24 16 L44 27 Z" />
       </svg>
       <Caption element={element}>
-        <small aria-hidden="true">{clipped(word, 60)}</small>
+        <Word live={live} text={word} hidden={true} />
       </Caption>
     </>
   );
@@ -86,7 +113,7 @@ export function Motor(properties: { element: HmiElement; live: Live }): JSX.Elem
         <path class="hmi-rotor" d="M16 16 L16 5 A5.5 5.5 0 0 1 16 16 M16 16 L25.5 21.5 A5.5 5.5 0 0 1 16 16 M16 16 L6.5 21.5 A5.5 5.5 0 0 1 16 16" />
       </svg>
       <Caption element={element}>
-        <small aria-hidden="true">{clipped(word, 60)}</small>
+        <Word live={live} text={word} hidden={true} />
       </Caption>
     </>
   );
@@ -116,7 +143,7 @@ export function Tank(properties: { element: HmiElement; live: Live }): JSX.Eleme
         <rect class="hmi-level" x="4" y={98 - height} width="72" height={height} />
       </svg>
       <Caption element={element}>
-        <Value element={element} live={live} />
+        <ValueOf element={element} live={live} />
       </Caption>
     </div>
   );
@@ -133,7 +160,7 @@ export function Bar(properties: { element: HmiElement; live: Live }): JSX.Elemen
         {lies ? <rect class="hmi-level" x="0" y="0" width={part} height="100" /> : <rect class="hmi-level" x="0" y={100 - part} width="100" height={part} />}
       </svg>
       <Caption element={element}>
-        <Value element={element} live={live} />
+        <ValueOf element={element} live={live} />
       </Caption>
     </div>
   );
@@ -168,7 +195,7 @@ export function Gauge(properties: { element: HmiElement; live: Live }): JSX.Elem
         </text>
       </svg>
       <Caption element={element}>
-        <Value element={element} live={live} />
+        <ValueOf element={element} live={live} />
       </Caption>
     </div>
   );
@@ -179,7 +206,7 @@ export function Text(properties: { element: HmiElement; live: Live }): JSX.Eleme
   return (
     <span class={element.variable === undefined || element.variable === "" ? "hmi-text heading" : "hmi-text"}>
       <span>{clipped(element.text ?? "", 500)}</span>
-      {element.variable === undefined || element.variable === "" ? null : <Value element={element} live={live} />}
+      {element.variable === undefined || element.variable === "" ? null : <ValueOf element={element} live={live} />}
     </span>
   );
 }
@@ -188,7 +215,7 @@ export function NumberShown(properties: { element: HmiElement; live: Live }): JS
   return (
     <>
       <Caption element={properties.element} />
-      <Value element={properties.element} live={properties.live} />
+      <ValueOf element={properties.element} live={properties.live} />
     </>
   );
 }

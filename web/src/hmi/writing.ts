@@ -8,8 +8,14 @@ import { texts } from "../texts";
 
 /** How often a button says that it is still held. */
 const renewMs = 1000;
-/** How long a press may be on its way. WHY: over a line that stood still it would come when nobody expects it any more. */
-const pressMs = 2000;
+/** How long a press or a value may be on its way. WHY: over a line that stood still it would come when nobody expects it any more. */
+const lateMs = 2000;
+
+/** Until when what is said now may come, by the clock of the machine; nothing while that is not known. */
+function untilMs(): { until_ms?: number } {
+  const now = machineTime();
+  return now === undefined ? {} : { until_ms: Math.round(now * 1000) + lateMs };
+}
 
 function complain(error: unknown): void {
   warn(problemOf(error).text);
@@ -17,7 +23,8 @@ function complain(error: unknown): void {
 
 export async function writeOffered(path: string, value: Value): Promise<void> {
   try {
-    await ask(() => plc.valuesWrite({ values: [{ path, value }], offered: true }));
+    const { written } = await ask(() => plc.valuesWrite({ values: [{ path, value }], offered: true, ...untilMs() }));
+    if (written === 0) warn(texts.hmi.writtenTooLate);
   } catch (error) {
     complain(error);
   }
@@ -48,11 +55,10 @@ export function useHold(path: string): { down: () => void; up: () => void } {
   // WHY one after the other: a release that overtakes its press would be none.
   const last = useRef<Promise<void>>(Promise.resolve());
   const say = (change: { pressed: boolean; renews?: boolean }): Promise<void> => {
-    const now = machineTime();
-    const until_ms = change.pressed && now !== undefined ? Math.round(now * 1000) + pressMs : undefined;
+    const until = change.pressed ? untilMs() : {};
     last.current = last.current.then(async () => {
       try {
-        const answer = await ask(() => plc.pagesPress({ path, ...change, ...(until_ms === undefined ? {} : { until_ms }) }));
+        const answer = await ask(() => plc.pagesPress({ path, ...change, ...until }));
         if (change.pressed && !answer.held && timer.current !== undefined) {
           clearInterval(timer.current);
           timer.current = undefined;

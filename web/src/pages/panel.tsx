@@ -3,6 +3,7 @@ import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import type { PagesGetAnswer } from "../../client/calls";
 import { Canvas } from "../hmi/canvas";
+import { titleOf } from "../hmi/document";
 import { draft, Editor } from "../hmi/editor";
 import { useLiveValues } from "../live";
 import { ask, may, plc, problemOf, usePolled, type Problem } from "../plc";
@@ -68,9 +69,12 @@ export function PanelPage(): JSX.Element {
   }
   const page = pages.pages[at];
   const edit = may("pages.save") ? (
-    <button type="button" onClick={() => setEditing(true)} disabled={!pages.usable} title={pages.usable ? undefined : t.cannotEdit}>
-      {t.edit}
-    </button>
+    <span class="hmi-edit">
+      {pages.usable ? null : <small id="why-no-edit">{t.cannotEdit}</small>}
+      <button type="button" onClick={() => setEditing(true)} disabled={!pages.usable} aria-describedby={pages.usable ? undefined : "why-no-edit"}>
+        {t.edit}
+      </button>
+    </span>
   ) : null;
   return (
     <>
@@ -79,7 +83,7 @@ export function PanelPage(): JSX.Element {
         <nav class="tabs" aria-label={t.pages}>
           {pages.pages.map((one, i) => (
             <a key={one.name} class="button" href={link("panel", { page: one.name })} aria-current={i === at ? "page" : undefined}>
-              {clipped(one.title ?? one.name, 60)}
+              {clipped(titleOf(one), 60)}
             </a>
           ))}
         </nav>
@@ -89,7 +93,7 @@ export function PanelPage(): JSX.Element {
           <Empty>{t.none}</Empty>
         </Section>
       ) : (
-        <Section title={clipped(page.title ?? page.name, 120)} actions={edit} class="hmi-page">
+        <Section title={clipped(titleOf(page), 120)} actions={edit} class="hmi-page">
           {page.elements.length === 0 ? <Empty>{t.empty}</Empty> : <Canvas key={page.name} page={page} values={values} />}
           {pages.made ? <p class="quiet-text">{t.made}</p> : null}
         </Section>
