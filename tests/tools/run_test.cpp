@@ -177,6 +177,35 @@ TEST(Run, ShowsWhatChangesWithoutATerminal) {
   EXPECT_EQ(result.out.find("\x1b["), std::string::npos) << "escape sequences in a pipe";
 }
 
+TEST(Run, AMessageStaysOnTheTerminalAboveWhatIsRedrawn) {
+  const ScratchFolder scratch;
+  write_text(scratch.file("say.st"), R"(
+PROGRAM Main
+VAR n : INT; Say : LOG_MSG; END_VAR
+  n := n + 1;
+  Say(EXECUTE := n = 60, SEVERITY := 1, TEXT := 'half of it');
+END_PROGRAM
+CONFIGURATION C RESOURCE R ON PLC
+  TASK T(INTERVAL := T#10ms, PRIORITY := 0);
+  PROGRAM main WITH T : Main;
+END_RESOURCE END_CONFIGURATION
+)");
+  // script makes a terminal.
+  const auto result = run_tool({"/usr/bin/script", "-qec",
+                                std::string(PLC_RUN_TOOL) + " " + scratch.file("say.st") +
+                                    " --watch main.n --modbus off --engineering off --cycles 150",
+                                "/dev/null"});
+  ASSERT_EQ(result.code, 0) << result.all();
+  const std::size_t said = result.out.find("half of it");
+  ASSERT_NE(said, std::string::npos) << result.out;
+  // The next block begins below it; those before and after it are drawn in place.
+  const std::size_t block = result.out.find("\x1b[2K", said);
+  ASSERT_NE(block, std::string::npos) << result.out;
+  EXPECT_EQ(result.out.substr(said, block - said).find("\x1b[2A"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("\x1b[2A"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("\x1b[2A", block), std::string::npos) << result.out;
+}
+
 TEST(Run, AStimulusBeginsAgain) {
   const ScratchFolder scratch;
   write_text(scratch.file("count.st"), R"(

@@ -214,7 +214,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
     if (const auto problem = machine->add(std::move(device))) return complain(*problem), exit_code_of(*problem);
   }
   if (program == nullptr) return kExitOk;
-  LiveView view(run.watch, resource, output.out(), ::isatty(STDOUT_FILENO) == 1);
+  LiveView view(run.watch, resource, output);
   if (!run.watch.empty() && view.empty() && program->image_file().empty()) {
     complain("plc-run", fmt::format("no variable matches --watch {}", fmt::join(run.watch, " --watch ")),
              "paths begin with the name of a program instance or a global: --watch '*' shows all of them");

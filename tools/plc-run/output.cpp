@@ -31,7 +31,7 @@ int open_standard_descriptors() {
 }  // namespace
 
 PatientBuffer::PatientBuffer(int descriptor)
-    : descriptor_(descriptor), piece_(::isatty(descriptor) == 1 ? kTerminalPiece : PIPE_BUF) {}
+    : descriptor_(descriptor), terminal_(::isatty(descriptor) == 1), piece_(terminal_ ? kTerminalPiece : PIPE_BUF) {}
 
 void PatientBuffer::wait_again(std::function<bool()> give_up) {
   waits_ = true;
@@ -90,12 +90,14 @@ void PatientBuffer::add(std::string_view text) {
 PatientBuffer::int_type PatientBuffer::overflow(int_type character) {
   if (!traits_type::eq_int_type(character, traits_type::eof())) {
     const char one = traits_type::to_char_type(character);
+    ++texts_;
     add({&one, 1});
   }
   return traits_type::not_eof(character);
 }
 
 std::streamsize PatientBuffer::xsputn(const char* text, std::streamsize count) {
+  ++texts_;
   add({text, static_cast<std::size_t>(count)});
   return count;
 }

@@ -5,6 +5,7 @@
 // one's alone. Does not belong here: what is said.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <ostream>
 #include <streambuf>
@@ -26,6 +27,9 @@ class PatientBuffer final : public std::streambuf {
   void wait_again(std::function<bool()> give_up);
   /// Whether text was lost that the descriptor refused: on a disk that is full.
   [[nodiscard]] bool refused() const { return refused_; }
+  /// How many texts have come, but for those of print_or_drop().
+  [[nodiscard]] std::uint64_t texts() const { return texts_; }
+  [[nodiscard]] bool is_terminal() const { return terminal_; }
   /// Prints when nothing waits, and as much as is taken at once; the rest is lost. For what the next text replaces.
   void print_or_drop(std::string_view text);
 
@@ -40,6 +44,8 @@ class PatientBuffer final : public std::streambuf {
   void add(std::string_view text);
 
   int descriptor_;
+  bool terminal_;
+  std::uint64_t texts_ = 0;
   std::size_t piece_;  ///< bytes that a descriptor ready for writing takes without waiting
   bool waits_ = true;
   bool refused_ = false;
@@ -59,6 +65,10 @@ class Output {
 
   PatientBuffer& out() { return out_; }
   PatientBuffer& err() { return err_; }
+  /// Texts that have come to a terminal: when there are more, what was drawn there is not the last thing on it.
+  [[nodiscard]] std::uint64_t texts_on_terminal() const {
+    return (out_.is_terminal() ? out_.texts() : 0) + (err_.is_terminal() ? err_.texts() : 0);
+  }
   void stop_waiting();
   /// `give_up` is asked about every 50 ms while something waits, to the end of this object.
   void wait_again(const std::function<bool()>& give_up);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/clock.h"
 
@@ -14,9 +15,8 @@ constexpr core::TimeNs kPollNs = 500'000;
 
 }  // namespace
 
-LiveView::LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, PatientBuffer& out,
-                   bool terminal)
-    : access_(resource), out_(out), terminal_(terminal) {
+LiveView::LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, Output& output)
+    : access_(resource), output_(output) {
   for (std::size_t i = 0; i < resource.task_count(); ++i) {
     requests_.push_back(std::make_unique<std::atomic<Request>>(Request::kIdle));
   }
@@ -68,7 +68,7 @@ void LiveView::show(core::TimeNs since_start_ns, core::TimeNs patience_ns) {
     }
   }
   // What a slow or stopped task has not answered is shown as it was; its request stays open.
-  if (terminal_) {
+  if (output_.out().is_terminal()) {
     print_terminal(since_start_ns);
   } else {
     print_lines(since_start_ns);
@@ -81,6 +81,8 @@ void LiveView::show(core::TimeNs since_start_ns, core::TimeNs patience_ns) {
 
 void LiveView::print_terminal(core::TimeNs since_start_ns) {
   std::string out;
+  // What others have printed since stays: the next block is below it.
+  if (std::exchange(texts_, output_.texts_on_terminal()) != output_.texts_on_terminal()) drawn_lines_ = 0;
   if (drawn_lines_ != 0) out += fmt::format("\x1b[{}A", drawn_lines_);
   out += fmt::format("\x1b[2K{:8.1f} s\n", static_cast<double>(since_start_ns) / 1e9);
   for (Item& item : items_) {
@@ -96,7 +98,7 @@ void LiveView::print_terminal(core::TimeNs since_start_ns) {
     }
   }
   drawn_lines_ = items_.size() + 1;
-  out_.print_or_drop(out);
+  output_.out().print_or_drop(out);
 }
 
 void LiveView::print_lines(core::TimeNs since_start_ns) {
@@ -112,7 +114,7 @@ void LiveView::print_lines(core::TimeNs since_start_ns) {
   }
   if (changes.empty()) return;
   const std::string line = fmt::format("{:8.1f} s {}\n", static_cast<double>(since_start_ns) / 1e9, changes);
-  out_.print_or_drop(line);
+  output_.out().print_or_drop(line);
 }
 
 }  // namespace plc::tools

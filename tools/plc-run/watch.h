@@ -1,8 +1,9 @@
 // LiveView: values of chosen variables in the terminal while the plant runs.
 //
-// In: patterns, the running resource. Out: a block of lines that is redrawn on a terminal, or one line per change
-// elsewhere. Globals are read from the table at any time; variables of tasks by the task itself after a scan, when the
-// view has asked for them: a cycle formats at most what is watched, into memory it has already.
+// In: patterns, the running resource. Out: a block of lines that is redrawn on a terminal, below what others print
+// there, or one line per change elsewhere. Globals are read from the table at any time; variables of tasks by the task
+// itself after a scan, when the view has asked for them: a cycle formats at most what is watched, into memory it has
+// already.
 #pragma once
 
 #include <atomic>
@@ -19,7 +20,7 @@ namespace plc::tools {
 
 class LiveView final : public runtime::CycleListener {
  public:
-  LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, PatientBuffer& out, bool terminal);
+  LiveView(const std::vector<std::string>& patterns, runtime::Resource& resource, Output& output);
 
   [[nodiscard]] bool empty() const { return items_.empty(); }
   /// Asks the tasks for values, waits for them (not longer than `patience_ns`) and prints. Not on a task's thread.
@@ -45,9 +46,9 @@ class LiveView final : public runtime::CycleListener {
   runtime::Access access_;
   std::vector<Item> items_;
   std::vector<std::unique_ptr<std::atomic<Request>>> requests_;  ///< per task
-  PatientBuffer& out_;
-  bool terminal_;
-  std::size_t drawn_lines_ = 0;
+  Output& output_;
+  std::size_t drawn_lines_ = 0;  ///< that are last on the terminal
+  std::uint64_t texts_ = 0;      ///< of others, before these were drawn
   std::size_t path_width_ = 0;
 };
 
