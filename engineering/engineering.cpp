@@ -259,9 +259,10 @@ void Engineering::State::listen(std::vector<Said>& said) {
 void Engineering::State::say_code(std::vector<Said>& said) {
   const std::string code = first_code.take_shown();
   if (code.empty() || !users->empty()) return;
-  said.push_back({core::Severity::kNote,
-                  fmt::format("engineering: there is no user yet: code of the first one {} (plc remote {} first-user CODE NAME)",
-                              code, url())});
+  said.push_back(
+      {core::Severity::kNote,
+       fmt::format("engineering: there is no user yet: code of the first one {} (plc remote {} first-user CODE NAME)",
+                   code, url())});
 }
 
 void Engineering::State::begin(Chore& chore, std::function<std::string()> work) {
