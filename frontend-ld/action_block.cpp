@@ -246,7 +246,6 @@ void ActionBlocks::reset(const ActionId& id, ValueId flow) {
 
 void ActionBlocks::lower_action(const ActionId& id, ValueId flow) {
   const ActionLink& one = action(id);
-  if (one.refused) return;
   const auto qualifier = qualifier_of(one.qualifier);
   if (!qualifier) {
     return report(one, "qualifier \"" + one.qualifier + "\" of " + title(one) + " is not known",

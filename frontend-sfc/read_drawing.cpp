@@ -172,7 +172,6 @@ class DrawingReader {
   }
 
   void add_action(Step& step, const plcopen::ActionLink& link) {
-    if (link.refused) return;
     const auto qualifier = qualifier_of(link.qualifier);
     if (!qualifier) {
       report(Code::P3107, link.at, "qualifier \"" + link.qualifier + "\" at step \"" + step.name + "\" is not known",

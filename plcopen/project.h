@@ -179,12 +179,12 @@ struct DrawnComment {
 /// One action of an action block.
 struct ActionLink {
   std::string qualifier;       ///< "N", "S", "P0", ...; empty = N
-  std::string name;            ///< action or variable referred to, or empty
+  /// Action or variable referred to, or empty. An action that is drawn in the block is one of the POU's.
+  std::string name;
   std::string text;            ///< inline ST, or empty
   std::string duration;        ///< as written, or empty
   std::string indicator;       ///< indicator variable, or empty
   std::int64_t local_id = -1;  ///< its own, beside that of its block
-  bool refused = false;        ///< it could not be read, which was reported
   SourceRef at;
   SourceRef text_at;
 };

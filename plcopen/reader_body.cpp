@@ -197,22 +197,12 @@ void start_action(Reader& r, const Tag& tag) {
 void end_action(Reader& r) { frame(r).action_open = false; }
 
 void action_reference(Reader& r, const Tag& tag) {
-  Element& e = element(r);
-  e.actions.back().name = r.optional_name(tag, Attr::kName);
-  if (!e.text.empty()) e.text += ", ";
-  e.text += e.actions.back().name;
-}
-
-void action_code(Reader& r) {
-  ActionLink& action = element(r).actions.back();
-  action.text = r.take_text(&action.text_at);
-  action.text_at = r.element_place(action.text_at);
-}
-
-void refuse_action_language(Reader& r, const Tag& tag) {
-  r.report(core::Code::P1017, r.element_place(tag.at),
-           fmt::format("action drawn in {} cannot be read; only ST is", tag.name), "write the action as ST");
-  element(r).actions.back().refused = true;
+  std::string name = r.optional_name(tag, Attr::kName);
+  const std::string& known = element(r).actions.back().name;
+  if (known.empty()) return name_action(r, std::move(name));
+  r.report(core::Code::P1007, r.element_place(tag.at),
+           fmt::format("action refers to \"{}\", and is \"{}\" already", name, known),
+           "an action has one reference, before what is drawn in it");
 }
 
 constexpr Rule drawn(std::string_view name, StartHandler handler) {
@@ -258,16 +248,10 @@ constexpr Rule kRules[] = {
     preserved(State::kElement, "alternativeText", State::kFormatted, kReasonDrawn, start_text, vendor_title),
 
     used(State::kAction, "reference", State::kLeaf, action_reference),
-    used(State::kAction, "inline", State::kActionText),
     ignored(State::kAction, "relPosition", kReasonLayout),
     ignored(State::kAction, "connectionPointOut", kReasonLayout),
     ignored(State::kAction, "documentation", kReasonNote),
     used(State::kAction, "addData", State::kAddData),
-    used(State::kActionText, "ST", State::kFormatted, start_text, action_code),
-    refused(State::kActionText, "IL", "only ST actions are read (P1017)", refuse_action_language),
-    refused(State::kActionText, "LD", "only ST actions are read (P1017)", refuse_action_language),
-    refused(State::kActionText, "FBD", "only ST actions are read (P1017)", refuse_action_language),
-    refused(State::kActionText, "SFC", "only ST actions are read (P1017)", refuse_action_language),
 
     used(State::kInputPins, "variable", State::kPin, start_pin<PinList::kIn>, close_pin),
     used(State::kInOutPins, "variable", State::kPin, start_pin<PinList::kInOut>, close_pin),
@@ -343,6 +327,13 @@ Element& open_element(Reader& r, const Tag& tag, ElementKind kind, std::int64_t 
     e.network = static_cast<std::uint32_t>(id / kIdsPerNetwork);
   }
   return e;
+}
+
+void name_action(Reader& r, std::string name) {
+  Element& e = element(r);
+  if (!e.text.empty()) e.text += ", ";
+  e.text += name;
+  e.actions.back().name = std::move(name);
 }
 
 void close_element(Reader& r) {

@@ -15,6 +15,9 @@ void close_element(Reader& r);
 /// P1017 for an element of a drawing nobody knows; it counts as drawn.
 void unknown_element(Reader& r, const Tag& tag);
 
+/// What the open action of the open action block refers to.
+void name_action(Reader& r, std::string name);
+
 void element_position(Reader& r, const Tag& tag);
 /// A connection point in or out directly under the element: a pin of its own.
 void own_point_in(Reader& r, const Tag& tag);

@@ -1,5 +1,6 @@
 // Sequential function charts of TC6 files: steps, transitions and what joins them are drawn elements as all others;
-// actions and times of steps that CODESYS and TwinCAT keep in addData, conditions in four forms, transitions of a POU.
+// actions and times of steps that CODESYS and TwinCAT keep in addData, conditions in four forms, actions that are
+// written or drawn in their block.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -105,8 +106,8 @@ PouFrame& open_owner(Reader& r) {
   return *r.pous[i];
 }
 
-/// The chart in a macro step.
-void start_macro_body(Reader& r, const Tag& tag) { start_inner(r, tag); }
+/// The chart in a macro step, an action in its block.
+void start_inner_body(Reader& r, const Tag& tag) { start_inner(r, tag); }
 
 void end_macro_body(Reader& r) {
   const std::unique_ptr<PouFrame> own = end_inner(r);
@@ -129,12 +130,45 @@ void end_inline(Reader& r) {
   }
   if (r.pous.empty()) return;
   // No name of a file has a #.
-  std::vector<Pou>& transitions = open_owner(r).pou.transitions;
-  own->pou.name = fmt::format("#condition.{}.{}", transitions.size(), element(r).at.local_id);
+  PouFrame& owner = open_owner(r);
+  std::vector<Pou>& transitions = owner.pou.transitions;
+  const std::string_view outside = owner.is_action ? std::string_view(owner.pou.name) : std::string_view();
+  own->pou.name = fmt::format("#condition.{}{}.{}", outside, transitions.size(), element(r).at.local_id);
   if (own->pou.result.empty()) own->pou.result = "condition";
   part.reference = own->pou.name;
   part.text_at = own->pou.at;
   transitions.push_back(std::move(own->pou));
+}
+
+/// ST stays at the action; what is in another language is an action of the POU, with a name that is free if it has none.
+void end_inline_action(Reader& r) {
+  const std::unique_ptr<PouFrame> own = end_inner(r);
+  if (r.bodies.empty() || own->pou.bodies.empty() || element(r).actions.empty()) return;
+  Body& body = own->pou.bodies.front();
+  if (own->pou.bodies.size() == 1 && body.language == Language::kSt) {
+    ActionLink& action = element(r).actions.back();
+    action.text = std::move(body.text);
+    action.text_at = r.element_place(body.text_at);
+    return;
+  }
+  if (r.pous.empty()) return;
+  PouFrame& owner = open_owner(r);
+  std::vector<Pou>& actions = owner.pou.actions;
+  const auto is_taken = [&](const std::string& name) {
+    const auto has = [&](const auto& one) { return core::iequals(one.name, name); };
+    return std::any_of(actions.begin(), actions.end(), has) ||
+           std::any_of(owner.pou.variables.begin(), owner.pou.variables.end(), has);
+  };
+  own->pou.name = element(r).actions.back().name;  // of a reference beside it
+  if (own->pou.name.empty()) {
+    // An action outside of its POU is one of several there.
+    const std::string prefix = owner.is_action ? owner.pou.name + "_drawn_" : "drawn_action_";
+    std::size_t number = actions.size();
+    do own->pou.name = prefix + std::to_string(++number);
+    while (is_taken(own->pou.name));
+    name_action(r, own->pou.name);
+  }
+  actions.push_back(std::move(own->pou));
 }
 
 template <Language kLanguage>
@@ -202,7 +236,7 @@ constexpr Rule kRules[] = {
     part("simultaneousConvergence", start_branch<ElementKind::kSimultaneousConvergence>),
     used(State::kSfc, "addData", State::kAddData),
 
-    used(State::kElement, "body", State::kBody, start_macro_body, end_macro_body),
+    used(State::kElement, "body", State::kBody, start_inner_body, end_macro_body),
     ignored(State::kElement, "connectionPointOutAction", kReasonLayout),
     used(State::kElement, "condition", State::kCondition, start_condition),
     used(State::kCondition, "reference", State::kLeaf, condition_reference),
@@ -214,6 +248,8 @@ constexpr Rule kRules[] = {
     used(State::kInline, "LD", State::kDrawing, start_inline_drawing<Language::kLd>),
     used(State::kInline, "FBD", State::kDrawing, start_inline_drawing<Language::kFbd>),
     ignored(State::kCondition, "documentation", kReasonNote),
+
+    used(State::kAction, "inline", State::kBody, start_inner_body, end_inline_action),
 
     used(State::kVendor, "attributes", State::kSfcAttributes),
     used(State::kSfcAttributes, "attribute", State::kText, start_attribute, end_attribute),

@@ -164,8 +164,12 @@ bool Reader::open_document(std::string_view name, std::string_view uri, const So
 }
 
 void Reader::report(core::Code code, const SourceRef& at, std::string message, std::string help) {
-  std::string name = pous.empty() ? std::string() : pous.back()->pou.name;
-  if (pous.size() > 1 && pous.back()->is_action) name = pous[pous.size() - 2]->pou.name + "." + name;
+  // What is drawn inside of an element has no name yet.
+  std::string name;
+  for (const auto& frame : pous) {
+    if (!name.empty() && !frame->pou.name.empty()) name += '.';
+    name += frame->pou.name;
+  }
   diagnostics_.report(code, at, name, std::move(message), std::move(help));
 }
 
@@ -289,6 +293,12 @@ void Reader::finish() {
     const auto owner = std::find_if(project.pous.begin(), project.pous.end(),
                                     [&](const Pou& pou) { return core::iequals(pou.name, loose.owner); });
     if (owner != project.pous.end()) {
+      // What is drawn inside of its elements belongs to the POU as well.
+      for (auto part : {&Pou::actions, &Pou::transitions}) {
+        std::vector<Pou>& parts = loose.action.*part;
+        std::move(parts.begin(), parts.end(), std::back_inserter((*owner).*part));
+        parts.clear();
+      }
       owner->actions.push_back(std::move(loose.action));
       continue;
     }

@@ -52,7 +52,6 @@ class Reader;
   X(SfcFlags, "sfcsettings/Flags (CODESYS)")                                 \
   X(Element, "a drawn element")                                              \
   X(Action, "actionBlock/action")                                            \
-  X(ActionText, "actionBlock/action/inline")                                 \
   X(InputPins, "block/inputVariables")                                       \
   X(InOutPins, "block/inOutVariables")                                       \
   X(OutputPins, "block/outputVariables")                                     \

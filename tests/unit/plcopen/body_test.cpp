@@ -183,6 +183,45 @@ TEST(Body, ActionBlockInALadder) {
   EXPECT_EQ(e.text, "Motor");
 }
 
+TEST(Body, AnActionDrawnInItsBlockIsOneOfThePou) {
+  const auto r = read_clean(tc6(R"(<pous><pou name="P" pouType="program"><interface/>
+<actions><action name="a"><body><ST>x := 1;</ST></body></action></actions><body><LD>
+<actionBlock localId="5"><connectionPointIn/>
+<action localId="6"><inline><LD><leftPowerRail localId="1"/></LD></inline></action>
+<action localId="7"><inline><IL><xhtml:p>LD x</xhtml:p></IL></inline></action>
+<action localId="8"><reference name="Fill"/><inline><FBD><label localId="1" label="l"/></FBD></inline></action>
+<action localId="9"><inline><SFC><step localId="1" name="s"/></SFC></inline></action></actionBlock>
+</LD></body></pou></pous>)"));
+  const Pou& pou = r.project->pous.at(0);
+  const Element& e = body_of(r).elements.at(0);
+  ASSERT_EQ(pou.actions.size(), 5u);
+  ASSERT_EQ(e.actions.size(), 4u);
+  const Language expected[] = {Language::kLd, Language::kIl, Language::kFbd, Language::kSfc};
+  for (std::size_t i = 0; i < e.actions.size(); ++i) {
+    SCOPED_TRACE(i);
+    EXPECT_EQ(pou.actions[i + 1].name, e.actions[i].name);
+    EXPECT_EQ(pou.actions[i + 1].bodies.at(0).language, expected[i]);
+    EXPECT_EQ(e.actions[i].text, "");
+  }
+  EXPECT_EQ(e.text, "drawn_action_2, drawn_action_3, Fill, drawn_action_5");
+  EXPECT_EQ(pou.actions[2].bodies[0].text, "LD x");
+}
+
+TEST(Body, ADrawnActionTakesANameThatIsFree) {
+  const auto r = read_clean(tc6(R"(<pous><pou name="P" pouType="program"><interface><localVars>
+<variable name="Drawn_Action_1"><type><BOOL/></type></variable></localVars></interface><body><LD>
+<actionBlock localId="5"><connectionPointIn/><action localId="6"><inline><IL>LD x</IL></inline></action></actionBlock>
+</LD></body></pou></pous>)"));
+  EXPECT_EQ(r.project->pous.at(0).actions.at(0).name, "drawn_action_2");
+}
+
+TEST(Body, AnActionIsOfOneReference) {
+  const auto r = read_text(ladder(R"(<actionBlock localId="5"><connectionPointIn/>
+<action localId="6"><inline><IL>LD x</IL></inline><reference name="Motor"/></action></actionBlock>)"));
+  EXPECT_EQ(r.codes(), "P1007");
+  EXPECT_NE(r.diagnostics.all()[0].message.find("\"Motor\", and is \"drawn_action_1\" already"), std::string::npos);
+}
+
 TEST(Body, ActionBlockNamesItsVariables) {
   const auto r = read_clean(ladder(R"(<actionBlock localId="5" negated="true"><connectionPointIn/>
 <action localId="6" qualifier="S"><reference name="Motor"/></action>
