@@ -89,7 +89,7 @@ void read_tests(const Request& request, Compilation& compilation) {
   std::vector<plcopen::Project> files;
   for (const std::string& path : request.test_files) {
     if (!can_open(path, compilation)) continue;
-    if (auto file = read_project(path, diagnostics)) files.push_back(std::move(*file));
+    if (auto file = read_project(path, diagnostics, request.options.defines)) files.push_back(std::move(*file));
   }
   add_tests(*compilation.project, std::move(files), diagnostics);
 }

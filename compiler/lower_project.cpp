@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drawings/make.h"
@@ -98,16 +100,22 @@ class Lowering {
 
   /// What the file says of action or transition `index` of the module.
   plcopen::Pou& part_of(std::uint32_t index) {
-    const ir::Pou& part = module_.pous[index];
-    const ir::Pou& owner = module_.pous[part.owner];
+    const std::uint32_t owner = module_.pous[index].owner;
     const bool transition = module_.transitions.contains(index);
-    plcopen::Pou& from = project_.pous[part.owner];
+    plcopen::Pou& from = project_.pous[owner];
     std::vector<plcopen::Pou>& all = transition ? from.transitions : from.actions;
-    return *std::find_if(all.begin(), all.end(), [&](const plcopen::Pou& one) {
-      if (transition) return module_.find_transition(part.owner, one.name) == index;
-      const auto known = owner.actions.find(one.name);
-      return known != owner.actions.end() && known->second == index;
-    });
+    // Charts add actions after the first question.
+    for (std::size_t& seen = seen_[{owner, transition}]; seen < all.size(); ++seen) {
+      std::optional<std::uint32_t> made;
+      if (transition) {
+        made = module_.find_transition(owner, all[seen].name);
+      } else if (const auto known = module_.pous[owner].actions.find(all[seen].name);
+                 known != module_.pous[owner].actions.end()) {
+        made = known->second;
+      }
+      if (made) parts_.try_emplace(*made, seen);
+    }
+    return all[parts_.at(index)];
   }
 
   /// The charts of a POU, which its bodies see: read before the first of them is lowered.
@@ -298,6 +306,8 @@ class Lowering {
   core::Diagnostics& diagnostics_;
   const BodySink& sink_;
   std::map<std::uint32_t, std::unique_ptr<sfc::PreparedCharts>> charts_;  ///< by POU
+  std::map<std::uint32_t, std::size_t> parts_;  ///< places of actions and transitions in lists of their POU
+  std::map<std::pair<std::uint32_t, bool>, std::size_t> seen_;  ///< how many of these lists are in `parts_`
   std::vector<bool> done_;
   std::vector<std::uint32_t> reached_;  ///< lowered, what they call not yet looked at
   std::uint64_t drawn_ = 0;

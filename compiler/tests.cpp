@@ -215,6 +215,19 @@ std::uint32_t add_program_of_tests(ir::Module& module, const std::vector<TestInf
   return index;
 }
 
+/// Tests run the project's tasks and programs: those of a file of tests are passed over.
+void warn_of_configurations(const plcopen::Project& file, core::Diagnostics& diagnostics) {
+  for (const plcopen::Configuration& configuration : file.configurations) {
+    for (const plcopen::Resource& resource : configuration.resources) {
+      if (resource.tasks.empty() && resource.instances.empty()) continue;
+      diagnostics.report(core::Code::P4030, configuration.at.line != 0 ? configuration.at : resource.at, {},
+                         "a configuration in a file of tests does nothing: tests run the tasks of the project",
+                         "declare tasks and program instances in the project");
+      break;
+    }
+  }
+}
+
 }  // namespace
 
 void add_tests(plcopen::Project& project, std::vector<plcopen::Project> more, core::Diagnostics& diagnostics) {
@@ -223,6 +236,7 @@ void add_tests(plcopen::Project& project, std::vector<plcopen::Project> more, co
   for (plcopen::Project& file : more) {
     std::move(file.tests.begin(), file.tests.end(), std::back_inserter(tests));
     file.tests.clear();
+    warn_of_configurations(file, diagnostics);
     std::move(file.pragmas.begin(), file.pragmas.end(), std::back_inserter(project.pragmas));
     add_library(project, std::move(file), diagnostics);
   }

@@ -37,6 +37,9 @@ class AddedVariables {
   void declare(std::string name, std::string type) { all_.push_back({std::move(name), std::move(type), {}, false}); }
   /// A new variable for a value.
   std::optional<std::string> temporary(ir::TypeRef type);
+  /// A name that nothing else has which bodies of the owner see, and that nothing gets after it: `wish`, or with a
+  /// number behind it.
+  std::string unused(const std::string& wish);
   [[nodiscard]] const std::vector<AddedVariable>& all() const { return all_; }
 
   /// What is added after save() is taken back by restore().
@@ -53,8 +56,6 @@ class AddedVariables {
   }
 
  private:
-  std::string unused(const std::string& wish);
-
   const ir::Module& module_;
   const ir::Pou& owner_;
   std::vector<AddedVariable> all_;

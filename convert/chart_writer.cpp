@@ -33,6 +33,25 @@ constexpr FlagRow kFlags[] = {
 #include "frontend-sfc/flags.def"
 };
 
+/// An instruction list without its last instruction where that stores `result`, which is what remains in the
+/// accumulator. Nothing where the list names the result elsewhere, too.
+std::optional<std::string> without_result(const std::string& text, std::string_view result) {
+  st::Lexer lexer(text);
+  st::Token before;
+  std::optional<std::uint32_t> store;  // where it begins
+  for (st::Token token = lexer.next(); token.kind != st::TokenKind::kEnd; before = token, token = lexer.next()) {
+    const auto is = [&](const st::Token& one, std::string_view word) {
+      return core::iequals(std::string_view(text).substr(one.begin, one.end - one.begin), word);
+    };
+    if (token.kind == st::TokenKind::kSemicolon) continue;
+    if (store) return std::nullopt;
+    if (!is(token, result)) continue;
+    if (!is(before, "ST")) return std::nullopt;
+    store = before.begin;
+  }
+  return text.substr(0, store.value_or(static_cast<std::uint32_t>(text.size())));
+}
+
 /// A transition with one set of steps that it leaves, which is what a text has.
 struct Edge {
   std::uint32_t transition = 0;
@@ -66,7 +85,11 @@ class ChartWriter {
   void declare(const std::string& flag) {
     const auto* const row = std::find_if(std::begin(kFlags), std::end(kFlags),
                                          [&](const FlagRow& f) { return core::iequals(f.name, flag); });
-    if (row == std::end(kFlags) || !taken_.insert(core::folded(flag)).second) return;
+    const auto& added = added_.all();  // another chart of the POU may have the flag, too
+    const bool known = taken_.contains(core::folded(flag)) ||
+                       std::any_of(added.begin(), added.end(),
+                                   [&](const AddedVariable& one) { return core::iequals(one.name, flag); });
+    if (row == std::end(kFlags) || known) return;
     added_.declare(std::string(row->name), std::string(core::name_of(row->type)));
   }
 
@@ -96,8 +119,10 @@ class ChartWriter {
 
   /// An action that is written at its step gets a name.
   std::string written(const sfc::Association& action, const Step& step) {
-    std::string name = step.name + "_action";
-    for (int i = 2; !taken_.insert(core::folded(name)).second; ++i) name = fmt::format("{}_action_{}", step.name, i);
+    // Charts of one POU may have steps of the same names.
+    std::string name;
+    do name = added_.unused(step.name + "_action");
+    while (taken_.contains(core::folded(name)));
     out_.actions += "ACTION " + name + ":\n" + action.text;
     if (!out_.actions.ends_with('\n')) out_.actions += '\n';
     out_.actions += "END_ACTION\n\n";
@@ -202,8 +227,13 @@ class ChartWriter {
         return expression(text.text);
       }
       if (body.language == plcopen::Language::kIl) {
+        const auto text = without_result(body.text, transition.result.empty() ? transition.name : transition.result);
+        if (!text) {
+          fail(at, "has " + shown + ", which uses its result before its end");
+          return {};
+        }
         note(shown);
-        return instructions(body.text);
+        return instructions(*text);
       }
       if (const auto text = drawn(transition)) {
         note(shown);

@@ -13,6 +13,7 @@
 #include "convert/declaration_writer.h"
 #include "convert/literals.h"
 #include "core/text.h"
+#include "frontend-st/conditions.h"
 #include "frontend-st/worksheets.h"
 
 namespace plc::convert {
@@ -125,6 +126,7 @@ class Writer {
                         const plcopen::Pou& owner, const std::string& name) {
     if (!pou.unread.empty()) return refuse(pou, name, pou.unread);
     if (st::is_mixed(pou)) return refuse(pou, name, "has bodies in several languages");
+    if (asks_attributes(pou)) return refuse_attributes(pou, name);
     switch (st::language_of(pou)) {
       case Language::kNone:
       case Language::kSt:
@@ -174,9 +176,45 @@ class Writer {
     return text;
   }
 
+  /// Attributes are not written: what asks for them would do something else.
+  [[nodiscard]] bool asks_attributes(const plcopen::Pou& pou) const {
+    return !project_.attributes.empty() &&
+           std::any_of(pou.bodies.begin(), pou.bodies.end(), [](const plcopen::Body& body) {
+             return core::folded(body.text).find("hasattribute") != std::string::npos;
+           });
+  }
+
+  std::string refuse_attributes(const plcopen::Pou& pou, const std::string& name) {
+    diagnostics_.report(Code::P1211, pou.at, name, "\"" + name + "\" asks for attributes, which are not written",
+                        "let a define decide: {IF defined (NAME)}");
+    failed_ = true;
+    return {};
+  }
+
+  /// Pragmas for what is defined where a body begins, and is not given by the options, if the body may ask.
+  [[nodiscard]] std::string defines_of(const plcopen::Body& body) const {
+    const bool asks = body.language != Language::kSfc && body.text.find('{') != std::string::npos;
+    if (body.defines == nullptr || !asks) return {};
+    const st::Defines given(module_.options.defines);
+    const st::Defines here(*body.defines);
+    std::string text;
+    for (const std::string& entry : here.entries()) {
+      const std::size_t assign = std::min(entry.find('='), entry.size());
+      const std::string name = entry.substr(0, assign);
+      const std::string* const known = given.find(name);
+      if (known != nullptr && *known == *here.find(name)) continue;
+      text += "  {define " + name + (assign == entry.size() ? "" : " '" + entry.substr(assign + 1) + "'") + "}\n";
+    }
+    for (const std::string& entry : given.entries()) {
+      const std::string name = entry.substr(0, entry.find('='));
+      if (here.find(name) == nullptr) text += "  {undefine " + name + "}\n";
+    }
+    return text;
+  }
+
   /// A body as it was written, with the comments before it.
   std::string text_of(const plcopen::Body& body) const {
-    std::string text = comments_.before(body.at, 2);
+    std::string text = comments_.before(body.at, 2) + defines_of(body);
     // The text begins with its first token.
     constexpr std::uint32_t kDeepest = 9;
     if (!body.text.empty() && body.at.column <= kDeepest) text.append(std::max(body.at.column, 1u) - 1, ' ');

@@ -80,8 +80,7 @@ void Declarer::run() {
     const auto collect = [&](const std::vector<plcopen::Variable>& globals) {
       for (const plcopen::Variable& v : globals) {
         if (!v.constant) continue;
-        global_constants_.emplace(v.name, &v);
-        if (!v.list.empty()) global_constants_.emplace(v.list + "." + v.name, &v);
+        global_constants_.emplace(v.list.empty() ? v.name : v.list + "." + v.name, &v);
         if (!v.prefix.empty()) global_constants_.emplace(v.prefix + "." + v.name, &v);
       }
     };
@@ -199,16 +198,20 @@ void Declarer::declare_globals() {
       if (v.section == Section::kGlobal) declare_global(v);
     }
   }
-  publish_global_names();
   if (options_.stub_missing) supply_missing_globals();
 }
 
 // --stub-missing: all POUs that name an external variable without a global share one that nothing else writes.
 void Declarer::supply_missing_globals() {
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> listed;  // in lists that must be named
+  for (const ir::Global& global : module_.globals) {
+    if (!global.list.empty()) listed.insert(global.variable.name);
+  }
   for (const plcopen::Pou& pou : project_.pous) {
     for (const plcopen::Variable& variable : pou.variables) {
       if (variable.section != Section::kExternal || variable.type.kind == plcopen::TypeSpec::Kind::kMissing) continue;
       if (module_.global_by_name.contains(variable.name) || module_.refused.contains(variable.name)) continue;
+      if (listed.contains(variable.name)) continue;  // it is there: an error where it is bound
       if (!pou.from_library) {
         report(Code::P4087, variable.at, pou.name,
                "external variable " + quoted(variable.name) +
@@ -270,9 +273,10 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
       const ir::Global* other = fresh ? nullptr : &module_.globals[known->second];
       if (other != nullptr && other->variable.type == *type) {
         // Two names for one place.
-        module_.global_by_name.emplace(qualified, known->second);
+        name_global(variable, known->second);
         module_.global_aliases.push_back({variable.name, variable.list, known->second, variable.at});
-        if (!variable.list.empty()) module_.global_by_name.emplace(variable.name, known->second);
+        if (!variable.prefix.empty())
+          module_.global_aliases.push_back({variable.name, variable.prefix, known->second, variable.at});
         return;
       }
       if (other != nullptr && address->area != 'I') {
@@ -283,30 +287,15 @@ void Declarer::declare_global(const plcopen::Variable& variable) {
       }
     }
   }
-  module_.global_by_name.emplace(qualified, index);
-  if (!variable.prefix.empty()) module_.global_by_name.emplace(variable.prefix + "." + variable.name, index);
+  name_global(variable, index);
   module_.globals.push_back(std::move(global));
   pending_.push_back({&variable, kNoPou, index});
 }
 
-// "X" names a variable of a list when only one list has an X; a global outside of lists wins, and one of the project
-// over those of libraries.
-void Declarer::publish_global_names() {
-  NameMap<std::uint32_t> count;
-  NameMap<std::uint32_t> of_project;
-  for (const ir::Global& g : module_.globals) {
-    if (g.list.empty()) continue;
-    ++count[g.variable.name];
-    if (!g.from_library) ++of_project[g.variable.name];
-  }
-  for (std::uint32_t i = 0; i < module_.globals.size(); ++i) {
-    const ir::Global& g = module_.globals[i];
-    if (g.list.empty()) continue;
-    const std::uint32_t own = of_project[g.variable.name];
-    if (g.from_library ? own != 0 || count[g.variable.name] != 1 : own != 1) continue;
-    const auto [known, fresh] = module_.global_by_name.emplace(g.variable.name, i);
-    if (!fresh && !g.from_library && module_.globals[known->second].from_library) known->second = i;
-  }
+// "x", or "GVL.x" alone where the list must be named; both where it may be.
+void Declarer::name_global(const plcopen::Variable& variable, std::uint32_t index) {
+  module_.global_by_name.emplace(variable.list.empty() ? variable.name : variable.list + "." + variable.name, index);
+  if (!variable.prefix.empty()) module_.global_by_name.emplace(variable.prefix + "." + variable.name, index);
 }
 
 std::optional<Address> Declarer::address_of(const plcopen::Variable& variable, TypeRef type, const Owner& owner) {
@@ -549,10 +538,16 @@ bool Declarer::bind_external(ir::Variable& out, const plcopen::Variable& variabl
   if (found == module_.global_by_name.end() && module_.refused.contains(variable.name)) return false;
   if (found == module_.global_by_name.end() && is_broken(variable.name, owner.at, variable.at, owner.pou)) return false;
   if (found == module_.global_by_name.end()) {
+    const auto listed = std::find_if(module_.globals.begin(), module_.globals.end(), [&](const ir::Global& g) {
+      return !g.list.empty() && core::iequals(g.variable.name, variable.name);
+    });
     Guess guess(variable.name);
     for (const ir::Global& g : module_.globals) guess.offer(g.variable.name);
     std::string help = guess.help();
-    if (!supplier_of(variable.name).empty()) {
+    if (listed != module_.globals.end()) {
+      help = "the list " + listed->list + " must be named: write " + listed->list + "." + listed->variable.name +
+             " where it is used";
+    } else if (!supplier_of(variable.name).empty()) {
       help = supply_help(variable.name, "VAR_GLOBAL " + variable.name + " : T; END_VAR");
     } else if (help.empty()) {
       help = project_.version == plcopen::Version::kText

@@ -4,6 +4,7 @@
 // are never named stay in the memory of their task, as they always were.
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "core/text.h"
 #include "declare/declarer.h"
@@ -34,14 +35,54 @@ class Mentions {
     if (module_.pous[pou].test) return;  // it works on copies of programs
     // A program's own name means the instance that runs.
     if (programs_.size() < 2 && module_.pous[pou].kind == ir::PouKind::kProgram) return;
-    for (const plcopen::Body& body : bodies.bodies) {
-      if (body.language == plcopen::Language::kSt) look_at(body.text);
-      for (const plcopen::Element& e : body.elements) look_at(e);
-    }
+    for (const plcopen::Body& body : bodies.bodies) look_at(body);
     for (const plcopen::Pou& action : bodies.actions) look_at(action, pou);
+    for (const plcopen::Pou& transition : bodies.transitions) look_at(transition, pou);
   }
 
  private:
+  /// Texts in ST and IL, charts as text, drawings.
+  void look_at(const plcopen::Body& body) {
+    body.language == plcopen::Language::kSfc ? look_at_chart(body.text) : look_at(body.text);
+    for (const plcopen::Element& e : body.elements) {
+      look_at(e);
+      if (e.chart) look_at(*e.chart);
+    }
+  }
+
+  /// Steps, with their X and T, hide programs of their names.
+  void look_at_chart(std::string_view text) {
+    if (!may_name(text)) return;
+    std::vector<Token> tokens;
+    Lexer lexer(text);
+    for (Token token = lexer.next(); token.kind != TokenKind::kEnd && token.kind != TokenKind::kUnterminatedComment;
+         token = lexer.next()) {
+      tokens.push_back(token);
+    }
+    const auto word = [&](std::size_t i) {
+      const bool is_word = i < tokens.size() && tokens[i].kind == TokenKind::kIdentifier;
+      return is_word ? text.substr(tokens[i].begin, tokens[i].end - tokens[i].begin) : std::string_view();
+    };
+    ir::NameSet steps;
+    for (std::size_t i = 0; i < tokens.size(); ++i) {
+      if (core::iequals(word(i), "STEP") || core::iequals(word(i), "INITIAL_STEP")) steps.emplace(word(i + 1));
+    }
+    for (std::size_t i = 0; i < tokens.size(); ++i) {
+      if (word(i).empty() || (i != 0 && tokens[i - 1].kind == TokenKind::kDot)) continue;
+      const bool dotted = i + 1 < tokens.size() && tokens[i + 1].kind == TokenKind::kDot;
+      const bool of_step = !dotted || core::iequals(word(i + 2), "X") || core::iequals(word(i + 2), "T");
+      if (!of_step || !steps.contains(word(i))) add(word(i));
+    }
+  }
+
+  void look_at(const plcopen::ChartPart& part) {
+    for (const auto* text : {&part.main, &part.entry, &part.exit, &part.min_time, &part.max_time, &part.reference,
+                             &part.text, &part.condition.expression}) {
+      look_at(*text);
+    }
+    if (part.macro) look_at(*part.macro);
+  }
+
   void look_at(const plcopen::Element& e) {
     look_at(e.text);
     look_at(e.instance_name);

@@ -155,7 +155,7 @@ class Declarer final : public ConstantScope {
   void declare_globals();
   void declare_global(const plcopen::Variable& variable);
   const core::SourceRef& place_of_global(std::string_view name, std::uint32_t global) const;
-  void publish_global_names();
+  void name_global(const plcopen::Variable& variable, std::uint32_t index);
   void supply_missing_globals();
   void declare_interface(std::uint32_t pou);
   void declare_variable(std::uint32_t pou, const plcopen::Variable& variable);

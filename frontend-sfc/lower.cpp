@@ -48,9 +48,11 @@ bool lower_transition(const plcopen::Pou& transition, ir::Module& module, std::u
   const std::size_t errors = diagnostics.error_count();
   const std::uint32_t owner = module.pous[pou_index].owner;
   const std::uint32_t result = module.transitions.at(pou_index).result;
-  const std::string& name = transition.result.empty() ? transition.name : transition.result;
+  // The result of a condition without a name is one that nothing can name.
+  const bool unnamed = transition.result.empty() && transition.name.starts_with('#');
+  const std::string name = unnamed ? "condition" : transition.result.empty() ? transition.name : transition.result;
   NameScope scope(module, owner);
-  scope.add(name, result);
+  if (!unnamed) scope.add(name, result);
   bool good = !transition.bodies.empty();
   if (!good) {
     diagnostics.report(Code::P3105, transition.at, module.pous[pou_index].name, "transition has no condition",
@@ -60,6 +62,12 @@ bool lower_transition(const plcopen::Pou& transition, ir::Module& module, std::u
   switch (transition.bodies.front().language) {
     case plcopen::Language::kLd:
     case plcopen::Language::kFbd:
+      if (unnamed) {
+        diagnostics.report(Code::P3105, transition.at, module.pous[module.pous[pou_index].owner].name,
+                           "drawn condition has no name for its result: \"condition\" is a variable",
+                           "give the condition a name, or the variable another one");
+        return false;
+      }
       return ld::lower_body(transition, module, pou_index, diagnostics);
     case plcopen::Language::kSt: {
       ir::Builder builder(module, pou_index, diagnostics);

@@ -12,10 +12,12 @@
 // actions of the POU: read_actions.cpp of frontend-st has read them.
 #include <algorithm>
 #include <map>
+#include <unordered_set>
 #include <utility>
 
 #include "core/text.h"
 #include "frontend-sfc/chart.h"
+#include "frontend-st/conditions.h"
 #include "frontend-st/lexer.h"
 #include "frontend-st/source_text.h"
 
@@ -31,7 +33,7 @@ namespace {
 class TextReader {
  public:
   TextReader(const st::SourceText& source, const std::string& pou, core::Diagnostics& diagnostics)
-      : source_(source), pou_(pou), diagnostics_(diagnostics), lexer_(source.text()) {
+      : source_(source), pou_(pou), diagnostics_(diagnostics), lexer_(source.text(), &pragmas_) {
     advance();
   }
 
@@ -49,6 +51,7 @@ class TextReader {
       }
     }
     resolve();
+    refuse_choices();
     return std::move(chart_);
   }
 
@@ -93,6 +96,11 @@ class TextReader {
     return false;
   }
   bool require(TokenKind kind, std::string_view wanted) { return accept(kind) || fail(wanted); }
+  /// True where a step or transition begins: the word may be the name of a variable, too, but no name follows that.
+  [[nodiscard]] bool begins_another() const {
+    if (!at("STEP") && !at("INITIAL_STEP") && !at("TRANSITION")) return false;
+    return st::Lexer(source_.text().substr(token_.end)).next().kind == TokenKind::kIdentifier;
+  }
 
   /// After an error: to the end of the step or transition, or to where another begins.
   void skip() {
@@ -123,6 +131,10 @@ class TextReader {
     if (fine) accept(TokenKind::kColon);
     while (fine && !at("END_STEP")) {
       if (accept(TokenKind::kSemicolon)) continue;
+      if (begins_another()) {
+        fail("END_STEP of step \"" + step.name + "\"");
+        break;
+      }
       if (token_.kind != TokenKind::kIdentifier) {
         fine = fail("an action of the step or END_STEP");
         break;
@@ -138,7 +150,7 @@ class TextReader {
     }
     chart_.steps.push_back(std::move(step));
     if (!fine) return skip();
-    advance();
+    accept("END_STEP");
     accept(TokenKind::kSemicolon);
   }
 
@@ -205,8 +217,15 @@ class TextReader {
       advance();
       if (accept(TokenKind::kComma)) {
         // The first is the time where the qualifier needs one; what follows are indicators, which do nothing.
+        const bool timed = known && needs_time(*qualifier);
+        if (known && !timed && token_.kind != TokenKind::kIdentifier) {
+          report(Code::P3107, place(token_.begin, ElementKind::kStep),
+                 "action \"" + action.name + "\" of step \"" + step.name + "\" has the qualifier " +
+                     std::string(qualifier_word(*qualifier)) + ", which takes no time",
+                 "delete the time, or write the qualifier that is meant: L, D, SD, DS or SL");
+        }
         std::string first = argument();
-        if (known && needs_time(*qualifier)) action.duration = std::move(first);
+        if (timed) action.duration = std::move(first);
         while (accept(TokenKind::kComma)) argument();
       }
     }
@@ -274,11 +293,16 @@ class TextReader {
     const bool instructions = accept(TokenKind::kColon);
     if (!instructions && !require(TokenKind::kAssign, "\":=\" and the condition")) return skip();
     const std::uint32_t first = token_.begin;
-    while (token_.kind != TokenKind::kEnd && !at("END_TRANSITION")) advance();
+    const auto is_over = [&] {  // another one after a complete condition, END_TRANSITION is missing
+      return at("END_TRANSITION") ||
+             (!instructions && source_.slice(first, std::max(first, last_end_)).ends_with(';') && begins_another());
+    };
+    while (token_.kind != TokenKind::kEnd && !is_over()) advance();
     out.condition = {instructions ? Condition::Kind::kInstructions : Condition::Kind::kText,
                      std::string(source_.slice(first, std::max(first, last_end_))),
                      place(first, ElementKind::kTransition)};
     if (!instructions) trim_condition(out.condition, {});
+    if (instructions) forget_pragmas(first, last_end_);
     if (out.condition.text.empty()) {
       report(Code::P3105, out.at, "transition has no condition", "write one after \":=\"; TRUE goes on at once");
     }
@@ -293,6 +317,7 @@ class TextReader {
 
   std::optional<std::vector<std::uint32_t>> numbers(const std::vector<std::pair<std::string, core::SourceRef>>& names) {
     std::vector<std::uint32_t> out;
+    std::unordered_set<std::uint32_t> seen;
     bool fine = true;
     for (const auto& [step, where] : names) {
       const auto found = by_name_.find(core::folded(step));
@@ -300,12 +325,16 @@ class TextReader {
         report(Code::P3104, where, "transition names step \"" + step + "\", which is not in this chart",
                "correct the name, or write the step");
         fine = false;
-      } else {
-        out.push_back(static_cast<std::uint32_t>(found->second));
+        continue;
       }
+      const auto number = static_cast<std::uint32_t>(found->second);
+      if (!seen.insert(number).second) {
+        report(Code::P3104, where, "transition names step \"" + step + "\" twice", "name the step that is meant");
+        fine = false;
+      }
+      out.push_back(number);
     }
     std::sort(out.begin(), out.end());
-    out.erase(std::unique(out.begin(), out.end()), out.end());
     return fine ? std::optional(std::move(out)) : std::nullopt;
   }
 
@@ -326,9 +355,28 @@ class TextReader {
     chart_.transitions = std::move(kept);
   }
 
+  /// Lists choose for themselves.
+  void forget_pragmas(std::uint32_t begin, std::uint32_t end) {
+    const auto before = [](const Token& pragma, std::uint32_t offset) { return pragma.begin < offset; };
+    const auto first = std::lower_bound(pragmas_.begin(), pragmas_.end(), begin, before);
+    pragmas_.erase(first, std::lower_bound(first, pragmas_.end(), std::max(begin, end), before));
+  }
+
+  /// A chart that is chosen by pragmas would be both of the charts that they choose from.
+  void refuse_choices() {
+    for (const Token& pragma : pragmas_) {
+      if (!st::is_choosing_pragma(source_.slice(pragma.begin, pragma.end))) continue;
+      report(Code::P3110, place(pragma.begin, ElementKind::kText),
+             "{IF}, {define} and their like do nothing between the steps of a chart",
+             "choose inside of actions, or among whole POUs");
+      return;
+    }
+  }
+
   const st::SourceText& source_;
   const std::string& pou_;
   core::Diagnostics& diagnostics_;
+  std::vector<Token> pragmas_;
   st::Lexer lexer_;
   Token token_;
   std::uint32_t last_end_ = 0;

@@ -285,7 +285,7 @@ std::vector<std::string> DeclarationReader::names_of(const Token& first, const T
 }
 
 /// Object orientation: one error for the construct, nothing for what is in it.
-void DeclarationReader::refuse(Word opener, Word end, std::string_view what) {
+std::string DeclarationReader::refuse(Word opener, Word end, std::string_view what) {
   const Token first = token_;
   advance();
   while (at_text("PUBLIC") || at_text("PRIVATE") || at_text("PROTECTED") || at_text("INTERNAL") || at_text("FINAL") ||
@@ -295,6 +295,7 @@ void DeclarationReader::refuse(Word opener, Word end, std::string_view what) {
   std::string label(what);
   std::vector<std::string> names;  // of what is in it, too: a namespace has types and POUs
   if (at(TokenKind::kIdentifier)) names.emplace_back(text_of(token_));
+  std::string name = names.empty() ? std::string() : names.front();
   if (at(TokenKind::kIdentifier)) label += " \"" + std::string(text_of(token_).substr(0, kMaxShown)) + '"';
   fail(Code::P4041, first, label + " belongs to object orientation, which is not supported",
        "write it as function blocks, functions and structures");
@@ -315,6 +316,7 @@ void DeclarationReader::refuse(Word opener, Word end, std::string_view what) {
     fail_unclosed(label, first, kWords[static_cast<std::size_t>(end) - 1].first);
   }
   if (pou_.empty()) note_extent(std::move(names), first.begin);
+  return name;
 }
 
 void DeclarationReader::count(std::string element, plcopen::Fate fate, const SourceRef& at, std::string_view reason) {
@@ -523,7 +525,8 @@ void DeclarationReader::read_file() {
       fail(Code::P4040, token_,
            shown(token_) +
                " where a declaration is expected: TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM, VAR_GLOBAL or "
-               "CONFIGURATION");
+               "CONFIGURATION",
+           word == Word::kTest ? "the name of a test is a text in single quotes: TEST 'the pump stops'" : "");
       const std::uint32_t begin = token_.begin;
       std::vector<std::string> words = names_of(token_, peek(1));
       advance();

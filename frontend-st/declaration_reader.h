@@ -138,7 +138,8 @@ class DeclarationReader {
   void skip_to(Word end);
   void skip_to_opener();
   bool end_declaration();
-  void refuse(Word opener, Word end, std::string_view what);
+  /// The name of what is refused, or nothing.
+  std::string refuse(Word opener, Word end, std::string_view what);
   /// Notes where a declaration of `names` is: from `begin` to the end of the last token.
   void note_extent(std::vector<std::string> names, std::uint32_t begin);
   [[nodiscard]] std::vector<std::string> names_of(const Token& first, const Token& second) const;

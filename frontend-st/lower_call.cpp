@@ -41,13 +41,30 @@ void Lowering::report_unknown_function(NodeId id, std::string_view name) {
   report(Code::P4009, at(id), "there is no function " + quoted(name), std::move(help));
 }
 
+/// A method of a block is an error of its own only where the block is read and has none of this name.
+std::optional<Operand> Lowering::call_method(NodeId id, Expected expected) {
+  const NodeId callee = node(id).a;
+  const bool of_a_name = node(callee).kind == NodeKind::kMember && node(node(callee).a).kind == NodeKind::kName;
+  if (node(callee).kind == NodeKind::kMember && !(of_a_name && is_unresolved_name(node(callee).a))) {
+    const auto owner = place(node(callee).a, false);
+    if (!owner) return stub_used_ ? std::optional(stub_value(id, expected)) : std::nullopt;
+    const ir::Type& type = types()[builder_.type_of(*owner)];
+    const ir::Pou* const pou = type.kind == TypeKind::kPou ? &builder_.module().pous[type.pou] : nullptr;
+    if (type.stub || (pou != nullptr && pou->stub)) {
+      warn_stub(at(id), quoted(builder_.describe(*owner)) + " of type " + types().name_of(builder_.type_of(*owner)));
+      stub_used_ = false;
+      return stub_value(id, expected);
+    }
+    if (pou != nullptr && pou->refused.contains(name_text(callee))) return std::nullopt;
+  }
+  report(Code::P4009, at(id), quoted(text(callee)) + " is not the name of a function",
+         "call a function block instance as a statement of its own and read its outputs");
+  return std::nullopt;
+}
+
 std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_statement) {
   const NodeId callee = node(id).a;
-  if (node(callee).kind != NodeKind::kName) {
-    report(Code::P4009, at(id), quoted(text(callee)) + " is not the name of a function",
-           "call a function block instance as a statement of its own and read its outputs");
-    return std::nullopt;
-  }
+  if (node(callee).kind != NodeKind::kName) return call_method(id, expected);
   const std::string_view name = name_text(callee);
   ir::Module& module = builder_.module();
   const auto pou = module.pou_by_name.find(name);

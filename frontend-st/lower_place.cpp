@@ -81,7 +81,8 @@ void Lowering::report_unknown_name(NodeId id) {
     lists += (lists.empty() ? "" : " and ") + global.list;
   }
   if (!first.empty()) {
-    report(Code::P4011, at(id), quoted(name) + " is declared in the lists " + lists, "write " + first);
+    const std::string_view what = lists.find(' ') == std::string::npos ? "list " : "lists ";
+    report(Code::P4011, at(id), quoted(name) + " is declared in the " + std::string(what) + lists, "write " + first);
     return;
   }
   Guess guess(name);
@@ -262,11 +263,11 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
       break;
     case TypeKind::kPou: {
       const ir::Pou& pou = builder_.module().pous[type.pou];
-      if (pou.refused.contains(name)) return std::nullopt;
       if (pou.stub) {
         warn_stub(name_at(id), quoted(builder_.describe(parent)) + " of type " + types().name_of(parent_type));
         return std::nullopt;
       }
+      if (pou.refused.contains(name)) return std::nullopt;
       for (const ir::Variable& variable : pou.variables) {
         if (variable.role == Role::kInput || variable.role == Role::kOutput || variable.role == Role::kInOut) {
           guess.offer(variable.name);
@@ -276,8 +277,10 @@ std::optional<PlaceId> Lowering::member_place(PlaceId parent, NodeId id, bool fo
         help = quoted(name) + " is an action: call it as a statement of its own, " + std::string(text(id)) + "();";
       }
       for (const auto& [action, index] : pou.actions) guess.offer(action);
-      if (pou.find(name) != nullptr)
-        help = "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";
+      if (const ir::Variable* const inner = pou.find(name)) {
+        help = inner->step ? "a step is known in its own POU alone: assign " + std::string(name) + ".X to a VAR_OUTPUT"
+                           : "only inputs, outputs and in-outs are seen from outside: make it a VAR_OUTPUT";
+      }
       break;
     }
     case TypeKind::kUnion:

@@ -175,6 +175,7 @@ class Lowering {
   /// `action`: runs this action of the instance, into Module::pous.
   bool call_block(NodeId id, std::optional<std::uint32_t> action = std::nullopt);
   void report_unknown_function(NodeId id, std::string_view name);
+  std::optional<ir::Operand> call_method(NodeId id, Expected expected);
 
   // lower_library_call.cpp
   std::optional<ir::Operand> call_array_bound(NodeId id, ir::ArrayBound bound);

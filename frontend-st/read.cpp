@@ -135,8 +135,19 @@ std::unique_ptr<plcopen::Project> read_memory(std::string_view bytes, const std:
 
 namespace {
 
+/// Calls `visit` for each global that is declared outside of POUs.
+template <class Visit>
+void each_global(plcopen::Project& project, const Visit& visit) {
+  for (plcopen::Configuration& configuration : project.configurations) {
+    for (plcopen::Variable& variable : configuration.globals) visit(variable);
+    for (plcopen::Resource& resource : configuration.resources) {
+      for (plcopen::Variable& variable : resource.globals) visit(variable);
+    }
+  }
+}
+
 /// A list of an XML file without the attribute qualified_only need not be named: its variables are called by their own
-/// names, from outside too, where no other global has the name.
+/// names, from outside too, where no other global goes by that name alone.
 void free_lists(plcopen::Project& project) {
   std::unordered_set<std::string, core::NameHash, core::NameEqual> qualified(project.qualified_lists.begin(),
                                                                              project.qualified_lists.end());
@@ -145,20 +156,11 @@ void free_lists(plcopen::Project& project) {
       qualified.insert(declaration.owner);
     }
   }
-  std::unordered_map<std::string_view, std::size_t, core::NameHash, core::NameEqual> count;
-  const auto each_global = [&](const auto& visit) {
-    for (plcopen::Configuration& configuration : project.configurations) {
-      for (plcopen::Variable& variable : configuration.globals) visit(variable);
-      for (plcopen::Resource& resource : configuration.resources) {
-        for (plcopen::Variable& variable : resource.globals) visit(variable);
-      }
-    }
-  };
-  each_global([&](const plcopen::Variable& variable) { ++count[variable.name]; });
-  each_global([&](plcopen::Variable& variable) {
-    if (variable.list.empty() || qualified.contains(variable.list) || count[variable.name] != 1) return;
-    variable.prefix = std::exchange(variable.list, {});
+  each_global(project, [&](plcopen::Variable& variable) {
+    if (!variable.list.empty() && !qualified.contains(variable.list))
+      variable.prefix = std::exchange(variable.list, {});
   });
+  list_shared_names(project);
 }
 
 }  // namespace
@@ -231,6 +233,28 @@ bool read_head(std::string_view text, const core::SourceRef& at, plcopen::Projec
   const DeclaredText chosen(whole, Defines(defines), diagnostics);
   const SourceText source(chosen.text(), at, diagnostics);
   return DeclarationReader(source, project, diagnostics, &chosen).read_head(pou, objects);
+}
+
+void list_shared_names(plcopen::Project& project) {
+  struct Count {
+    std::size_t all = 0;
+    std::size_t bare = 0;  // in no list and no file of globals
+  };
+  std::unordered_map<std::string_view, Count, core::NameHash, core::NameEqual> counts;
+  each_global(project, [&](const plcopen::Variable& variable) {
+    if (!variable.list.empty()) return;
+    Count& count = counts[variable.name];
+    ++count.all;
+    count.bare += variable.prefix.empty() ? 1 : 0;
+  });
+  each_global(project, [&](plcopen::Variable& variable) {
+    if (variable.prefix.empty()) return;
+    const Count& count = counts[variable.name];
+    // For the standard a file is no list: the same name in two texts is declared twice.
+    if (count.all == 1 || (variable.file_prefix && count.bare != 0)) return;
+    variable.list = std::exchange(variable.prefix, {});
+    variable.file_prefix = false;
+  });
 }
 
 void name_list(plcopen::Project& project, std::string_view name) {

@@ -49,6 +49,9 @@ bool read_head(std::string_view text, const core::SourceRef& at, plcopen::Projec
 /// before the variables, else it may.
 void name_list(plcopen::Project& project, std::string_view name);
 
+/// Variables of lists that need not be named are named with their list where another global goes by their name alone.
+void list_shared_names(plcopen::Project& project);
+
 /// True when the first character that is no blank begins no XML.
 bool looks_like_text(std::string_view bytes);
 

@@ -276,9 +276,9 @@ void DeclarationReader::body(plcopen::Pou& out, const Token& opener, Word opener
       }
       skip_to(Word::kEndVar);
     } else if (names && word == Word::kMethod) {
-      refuse(Word::kMethod, Word::kEndMethod, "METHOD");
+      out.unread_members.push_back(refuse(Word::kMethod, Word::kEndMethod, "METHOD"));
     } else if (names && word == Word::kProperty) {
-      refuse(Word::kProperty, Word::kEndProperty, "PROPERTY");
+      out.unread_members.push_back(refuse(Word::kProperty, Word::kEndProperty, "PROPERTY"));
     } else if (names && word == Word::kAction) {
       action(out.name);
       in_body_ = true;

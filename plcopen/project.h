@@ -178,7 +178,7 @@ struct DrawnComment {
 
 /// One action of an action block.
 struct ActionLink {
-  std::string qualifier;       ///< "N", "S", "P0", ...; empty = N
+  std::string qualifier;  ///< "N", "S", "P0", ...; empty = N
   /// Action or variable referred to, or empty. An action that is drawn in the block is one of the POU's.
   std::string name;
   std::string text;            ///< inline ST, or empty

@@ -3,7 +3,6 @@
 // written or drawn in their block.
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <limits>
 
 #include "core/text.h"
@@ -134,13 +133,16 @@ void end_inline(Reader& r) {
   std::vector<Pou>& transitions = owner.pou.transitions;
   const std::string_view outside = owner.is_action ? std::string_view(owner.pou.name) : std::string_view();
   own->pou.name = fmt::format("#condition.{}{}.{}", outside, transitions.size(), element(r).at.local_id);
-  if (own->pou.result.empty()) own->pou.result = "condition";
+  // A list leaves its result in the accumulator; a drawing needs a name for it, which hides no variable.
+  const bool taken = owner.variable_names.contains(owner.pou.variables, "condition");
+  if (own->pou.result.empty() && body.language != Language::kIl && !taken) own->pou.result = "condition";
   part.reference = own->pou.name;
   part.text_at = own->pou.at;
   transitions.push_back(std::move(own->pou));
 }
 
-/// ST stays at the action; what is in another language is an action of the POU, with a name that is free if it has none.
+/// ST stays at the action; what is in another language is an action of the POU, with a name that is free if it has
+/// none.
 void end_inline_action(Reader& r) {
   const std::unique_ptr<PouFrame> own = end_inner(r);
   if (r.bodies.empty() || own->pou.bodies.empty() || element(r).actions.empty()) return;
@@ -155,9 +157,7 @@ void end_inline_action(Reader& r) {
   PouFrame& owner = open_owner(r);
   std::vector<Pou>& actions = owner.pou.actions;
   const auto is_taken = [&](const std::string& name) {
-    const auto has = [&](const auto& one) { return core::iequals(one.name, name); };
-    return std::any_of(actions.begin(), actions.end(), has) ||
-           std::any_of(owner.pou.variables.begin(), owner.pou.variables.end(), has);
+    return owner.action_names.contains(actions, name) || owner.variable_names.contains(owner.pou.variables, name);
   };
   own->pou.name = element(r).actions.back().name;  // of a reference beside it
   if (own->pou.name.empty()) {

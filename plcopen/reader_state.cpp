@@ -148,7 +148,8 @@ SourceRef Reader::value_place(const Tag& tag, Attr attribute) {
 bool Reader::open_document(std::string_view name, std::string_view uri, const SourceRef& at) {
   if (name != "project" && name != "Project") {
     report(core::Code::P1003, at, fmt::format(R"(root element is "{}", not "project")", shown(name)),
-           "export the project as PLCopen XML");
+           name == "TcSmProject" ? "give the .plcproj of TwinCAT's PLC project, or the folder that it is in"
+                                 : "export the project as PLCopen XML");
     return false;
   }
   for (const KnownNamespace& known : kNamespaces) {

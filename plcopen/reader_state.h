@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "core/diagnostics.h"
+#include "core/text.h"
 #include "plcopen/account.h"
 #include "plcopen/project.h"
 #include "plcopen/reader.h"
@@ -67,8 +68,20 @@ struct BodyFrame {
   std::vector<OutPoint> out_points;  ///< of the open network
 };
 
+/// Names of a list that grows while it is asked.
+struct GrowingNames {
+  template <class List>
+  bool contains(const List& list, const std::string& name) {
+    for (; seen < list.size(); ++seen) names.insert(list[seen].name);
+    return names.contains(name);
+  }
+  std::unordered_set<std::string, core::NameHash, core::NameEqual> names;
+  std::size_t seen = 0;
+};
+
 struct PouFrame {
   Pou pou;
+  GrowingNames variable_names, action_names;
   std::vector<std::int32_t> body_orders;  ///< evaluationOrder of each finished body
   bool body_seen = false;
   bool chart_reported = false;

@@ -104,7 +104,9 @@ class Splitter {
     std::size_t comment = begin;
     for (std::size_t i = begin; i < end;) {
       const std::string_view two = slice(i, std::min(i + 2, end));
-      if (two == "(*") {
+      if (two == "(*" && depth_ > 0 && !nested_) {
+        text_[i++] = ' ';  // the reader of texts nests comments
+      } else if (two == "(*") {
         if (depth_++ == 0) comment = i;
         i += 2;
       } else if (two == "*)" && depth_ > 0) {
@@ -140,6 +142,7 @@ class Splitter {
     const bool valued = close != std::string_view::npos;
     if (key == "@GLOBAL_VARIABLE_LIST" && valued) list_ = inner.substr(open + 1, close - open - 1);
     if (key == "@OBJECT_END") list_.clear();
+    if (key == "@NESTEDCOMMENTS" && valued) nested_ = !core::iequals(inner.substr(open + 1, close - open - 1), "No");
   }
 
   void line(std::size_t begin, std::size_t end) {
@@ -290,6 +293,7 @@ class Splitter {
   std::size_t first_ = 0;  ///< of what is not read yet
   std::uint32_t first_line_ = 1;
   int depth_ = 0;             ///< of comments
+  bool nested_ = true;        ///< comments nest
   std::string_view end_;      ///< the word that closes the open object; empty outside of objects
   bool drawn_ = false;        ///< in a body that is not ST
   bool in_list_ = false;      ///< in VAR_GLOBAL of a list

@@ -91,6 +91,7 @@ class FolderReader {
 
   std::unique_ptr<plcopen::Project> finish() {
     if (read_ == 0) return nullptr;
+    st::list_shared_names(*project_);
     report_attributes(*project_, diagnostics_);
     return std::move(project_);
   }

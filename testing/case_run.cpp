@@ -92,6 +92,7 @@ class CaseOfTable {
     const CsvTable expected = read_csv(table_.string());
     if (expected.header.size() < 3)
       return unusable(table_, "a table has the columns cycle, time_ms and at least one path");
+    if (expected.rows.empty()) return unusable(table_, "a table has one row for each cycle, and this one has none");
     for (std::size_t r = 0; r < expected.rows.size(); ++r) {
       if (expected.rows[r].size() != expected.header.size())
         return unusable(table_, fmt::format("line {} has not as many cells as the header", expected.lines[r]));

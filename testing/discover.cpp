@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include "core/text.h"
 #include "frontend-st/lexer.h"
@@ -28,16 +29,22 @@ bool names_tests(const fs::path& path) {
 fs::path project_beside(const fs::path& tests) {
   std::string stem = tests.stem().string();
   stem.resize(stem.size() - kTestSuffix.size());
-  for (const char* const extension : {".xml", ".st", ".iecst"}) {
+  for (const char* const extension : {".xml", ".st", ".iecst", ".plcproj", ".EXP", ".exp"}) {
     const fs::path project = tests.parent_path() / (stem + extension);
     if (fs::is_regular_file(project)) return project;
   }
   return tests;
 }
 
+/// The text, as far as words are looked for in it: of UTF-16 the characters that ASCII has, too.
 std::string text_of(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    text.erase(0, 2);
+    std::erase(text, '\0');
+  }
+  return text;
 }
 
 class Finder {
@@ -94,6 +101,7 @@ class Finder {
 
   void add_folder(const fs::path& folder) {
     std::error_code ignored;
+    if (!seen_.insert(fs::canonical(folder, ignored)).second) return;  // links may lead back
     std::vector<fs::path> entries;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) entries.push_back(entry.path());
     std::sort(entries.begin(), entries.end());
@@ -108,6 +116,7 @@ class Finder {
   }
 
   std::map<std::string, Unit> units_;
+  std::set<fs::path> seen_;  ///< folders that were looked through
 };
 
 }  // namespace

@@ -1,8 +1,8 @@
 // Which tests there are: files and folders of a command line -> units, each with one project.
 //
 // In: a path. Out: cases (folders with project and table), and projects with the files whose tests are of them. The
-// file pump_test.st holds tests of pump.xml or pump.st beside it; tests in any other text are of that text itself. Does
-// not belong here: compiling, running.
+// file pump_test.st holds tests of pump.xml, pump.st, pump.plcproj or pump.EXP beside it; tests in any other text are
+// of that text itself. Does not belong here: compiling, running.
 #pragma once
 
 #include <string>

@@ -165,8 +165,10 @@ bool Runner::on_call(const HostCall& call) {
       if (mirror_) mirror_->pull();
       return true;
     case ir::TestCall::kAdvanceTime:
+      if (call.span_ns < 0) fail_test("ADVANCE_TIME with a negative time: time does not go back");
       return advance_to(now_ns_ + std::max<core::TimeNs>(call.span_ns, 0));
     case ir::TestCall::kRunCycles:
+      if (call.cycles < 0) fail_test("RUN_CYCLES with a negative number");
       return run_cycles(call.cycles);
     case ir::TestCall::kSetClock:
       date_ns_ = call.utc_ns - now_ns_;
@@ -180,22 +182,22 @@ bool Runner::on_call(const HostCall& call) {
   }
 }
 
+void Runner::fail_test(std::string what) {
+  Failure failure = failure_at(tests_[test_].at);
+  failure.what = std::move(what);
+  add_failure(*result_, std::move(failure));
+}
+
 bool Runner::run_instants(const std::function<bool(core::TimeNs next, std::uint64_t ran)>& more) {
-  if (const auto problem = mirror_->push()) {
-    Failure failure = failure_at(tests_[test_].at);
-    failure.what = problem->message;
-    add_failure(*result_, std::move(failure));
-  }
+  if (const auto problem = mirror_->push()) fail_test(problem->message);
   std::uint64_t ran = 0;
   for (auto next = simulation_->next_instant_ns(); next && more(*next, ran); next = simulation_->next_instant_ns()) {
     if (simulation_->cycles() >= options_.max_cycles) {
-      Failure failure = failure_at(tests_[test_].at);
-      failure.what =
-          fmt::format("the test ran {} cycles, which is the most that --max-cycles allows", options_.max_cycles);
-      add_failure(*result_, std::move(failure));
+      fail_test(fmt::format("the test ran {} cycles, which is the most that --max-cycles allows", options_.max_cycles));
       ended_ = true;
       return false;
     }
+    now_ns_ = *next;  // what happens in this instant is reported with its time
     simulation_->step();
     ++ran;
     if (simulation_->fault_count() != faults_noted_) note_faults();

@@ -79,6 +79,8 @@ class Runner final : public HostListener {
   std::optional<core::Problem> reset();
   /// Lets instants run while `more` says so; false when the test cannot go on.
   bool run_instants(const std::function<bool(core::TimeNs next, std::uint64_t ran)>& more);
+  /// A failure of the whole test, not of a check in it.
+  void fail_test(std::string what);
   bool advance_to(core::TimeNs end_ns);
   bool run_cycles(std::int64_t count);
   void note_faults();

@@ -78,6 +78,16 @@ TEST_F(TestCommand, WrongTestsAndFilesAreSaid) {
   EXPECT_EQ(run("TEST 'x' END_TEST\nTEST 'y' (*").code, 1);
 }
 
+TEST_F(TestCommand, AConfigurationBesideTestsDoesNothing) {
+  const ToolResult result = run(kGood +
+                                "PROGRAM Other VAR a : INT; END_VAR a := 1; END_PROGRAM\n"
+                                "CONFIGURATION C RESOURCE R ON PLC TASK T(INTERVAL := T#1ms, PRIORITY := 0);\n"
+                                "PROGRAM other WITH T : Other; END_RESOURCE END_CONFIGURATION\n");
+  EXPECT_EQ(result.code, 0) << result.all();
+  EXPECT_NE(result.err.find(tests_ + ":3:"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("warning P4030"), std::string::npos) << result.err;
+}
+
 TEST_F(TestCommand, OtherCommandsReadTheSyntaxAndNothingElse) {
   write_text(scratch_.file("both.st"), kSmallProject + kGood + "TEST 'calls what is nowhere' Foo(1); END_TEST\n");
   EXPECT_EQ(run_tool({PLC_TOOL, "check", scratch_.file("both.st")}).code, 0);
@@ -94,7 +104,10 @@ TEST_F(TestCommand, TapIsOnStdoutAlone) {
   EXPECT_EQ(result.code, 1);
   EXPECT_EQ(result.out.rfind("TAP version 14\n1..2\nok 1 - ", 0), 0u) << result.out;
   EXPECT_NE(result.out.find("\nnot ok 2 - "), std::string::npos);
-  EXPECT_NE(result.out.find("      expected: 'TRUE'\n      got: 'FALSE'\n"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("      after: '40ms'\n      cycle: 2\n      text: 'it is <on> & \"lit\"'\n"
+                            "      expected: 'TRUE'\n      got: 'FALSE'\n"),
+            std::string::npos)
+      << result.out;
   EXPECT_NE(result.err.find("2 tests, 1 failed"), std::string::npos);
 }
 
@@ -108,6 +121,15 @@ TEST_F(TestCommand, JunitHasFailuresAsText) {
                 .code,
             0);
   EXPECT_EQ(run(kGood, {"--junit", "/nonexistent/out.xml"}).code, 2);
+}
+
+TEST_F(TestCommand, FailuresThatAreNotKeptAreCounted) {
+  std::string many = "TEST 'many'\n";
+  for (int i = 0; i < 23; ++i) many += "  ASSERT_TRUE(FALSE);\n";
+  const ToolResult result = run(many + "END_TEST\n", {"--tap", "--junit", scratch_.file("out.xml")});
+  EXPECT_NE(result.out.find("\n  more: 'and 3 more'\n  ...\n"), std::string::npos) << result.out;
+  EXPECT_NE(text_of(scratch_.file("out.xml")).find("<failure message=\"and 3 more\">and 3 more</failure>\n</testcase>"),
+            std::string::npos);
 }
 
 TEST_F(TestCommand, FilterListAndSeed) {

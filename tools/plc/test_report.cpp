@@ -63,6 +63,12 @@ std::string place(const Failure& failure) {
                              : fmt::format("{}:{}:{}", failure.file, failure.line, failure.column);
 }
 
+/// How many failures are counted and not kept; nothing where all are.
+std::string more_text(const TestResult& result) {
+  if (result.failure_count <= result.failures.size()) return {};
+  return fmt::format("and {} more", result.failure_count - result.failures.size());
+}
+
 }  // namespace
 
 TestTotals totals_of(const std::vector<Suite>& suites) {
@@ -95,8 +101,7 @@ void print_suite(const Suite& suite, std::ostream& out) {
                          duration_text(static_cast<double>(result.virtual_ns)));
     out << '\n';
     for (const Failure& failure : result.failures) out << "        " << failure_text(failure) << '\n';
-    if (result.failure_count > result.failures.size())
-      out << fmt::format("        and {} more\n", result.failure_count - result.failures.size());
+    if (const std::string more = more_text(result); !more.empty()) out << "        " << more << '\n';
   }
 }
 
@@ -122,10 +127,14 @@ void print_tap(const std::vector<Suite>& suites, std::ostream& out) {
       if (result.passed()) continue;
       out << "  ---\n  failures:\n";
       for (const Failure& failure : result.failures) {
-        out << fmt::format("    - at: {}\n      message: {}\n", yaml(place(failure)), yaml(verdict(failure)));
+        out << fmt::format("    - at: {}\n      message: {}\n      after: {}\n      cycle: {}\n", yaml(place(failure)),
+                           yaml(verdict(failure)), yaml(duration_text(static_cast<double>(failure.at_ns))),
+                           failure.cycle);
+        if (!failure.message.empty()) out << fmt::format("      text: {}\n", yaml(failure.message));
         if (failure.expected.empty()) continue;
         out << fmt::format("      expected: {}\n      got: {}\n", yaml(failure.expected), yaml(failure.got));
       }
+      if (const std::string more = more_text(result); !more.empty()) out << "  more: " << yaml(more) << '\n';
       out << "  ...\n";
     }
   }
@@ -158,6 +167,8 @@ std::string junit_xml(const std::vector<Suite>& suites) {
       for (const Failure& failure : result.failures) {
         out += fmt::format("<failure message=\"{}\">{}</failure>\n", xml(verdict(failure)), xml(failure_text(failure)));
       }
+      if (const std::string more = more_text(result); !more.empty())
+        out += fmt::format("<failure message=\"{0}\">{0}</failure>\n", more);
       out += "</testcase>\n";
     }
     out += "</testsuite>\n";

@@ -52,12 +52,56 @@ TEST(TextOfAChart, WhatIsWrongWithThem) {
   for (const auto& [text, code] :
        {std::pair("INITIAL_STEP A: x(ENTRY); y(ENTRY); END_STEP", "P3107"),
         std::pair("INITIAL_STEP A (LEAST := T#1s): END_STEP", "P3110"),
-        std::pair("INITIAL_STEP A (MIN := ): END_STEP", "P3110"), std::pair("INITIAL_STEP A (MIN := T#1s", "P3110")}) {
+        std::pair("INITIAL_STEP A (MIN := ): END_STEP", "P3110"), std::pair("INITIAL_STEP A (MIN := T#1s", "P3110"),
+        std::pair("INITIAL_STEP A: x(N, T#1s); END_STEP", "P3107"),
+        std::pair("INITIAL_STEP A: END_STEP TRANSITION FROM (A, a) TO A := x; END_TRANSITION", "P3104")}) {
     core::Diagnostics diagnostics;
     diagnostics.add_file("chart.st");
     sfc::read_chart(text_body(text), "Main", diagnostics);
     EXPECT_EQ(codes(diagnostics).substr(0, 5), code) << text;
   }
+}
+
+TEST(TextOfAChart, AMissingEndIsSaidWhereTheNextBegins) {
+  const char* const last = "TRANSITION FROM B TO A := step; END_TRANSITION";
+  for (const auto& [text, missing] :
+       {std::pair("INITIAL_STEP A: x(N);\nSTEP B: END_STEP TRANSITION FROM A TO B := TRUE; END_TRANSITION ",
+                  "END_STEP"),
+        std::pair("INITIAL_STEP A: END_STEP STEP B: END_STEP TRANSITION FROM A TO B := TRUE;\n", "END_TRANSITION")}) {
+    SCOPED_TRACE(missing);
+    core::Diagnostics diagnostics;
+    diagnostics.add_file("chart.st");
+    const sfc::Chart chart = sfc::read_chart(text_body(std::string(text) + last), "Main", diagnostics);
+    EXPECT_EQ(codes(diagnostics), "P3110");
+    EXPECT_NE(diagnostics.all().at(0).message.find(missing), std::string::npos);
+    EXPECT_EQ(diagnostics.all().at(0).at.line, 2u);
+    EXPECT_EQ(chart.steps.size(), 2u);
+  }
+}
+
+TEST(TextOfAChart, ListsOfConditionsChooseAndNothingElseDoes) {
+  for (const auto& [text, expected] :
+       {std::pair("TRANSITION FROM A TO A: LD a {IF defined (X)} AND b {END_IF} ST c END_TRANSITION", ""),
+        std::pair("TRANSITION FROM A TO A: {IF defined (X)} LD a {END_IF} ST c END_TRANSITION", "P3110"),
+        std::pair("{define X} TRANSITION FROM A TO A := a; END_TRANSITION", "P3110")}) {
+    SCOPED_TRACE(text);
+    core::Diagnostics diagnostics;
+    diagnostics.add_file("chart.st");
+    sfc::read_chart(text_body(std::string("INITIAL_STEP A: END_STEP ") + text), "Main", diagnostics);
+    EXPECT_EQ(codes(diagnostics), expected);
+  }
+}
+
+TEST(TextOfAChart, StepAndTransitionAreNamesOfVariables) {
+  core::Diagnostics diagnostics;
+  diagnostics.add_file("chart.st");
+  const sfc::Chart chart = sfc::read_chart(text_body("INITIAL_STEP A: step(N); transition(S); END_STEP\n"
+                                                     "TRANSITION FROM A TO A := step AND transition; END_TRANSITION"),
+                                           "Main", diagnostics);
+  EXPECT_EQ(codes(diagnostics), "");
+  ASSERT_EQ(chart.steps.size(), 1u);
+  EXPECT_EQ(chart.steps[0].actions.size(), 2u);
+  EXPECT_EQ(chart.transitions.size(), 1u);
 }
 
 // ---- macro steps ----

@@ -283,7 +283,7 @@ TEST(DeclarePous, NamesThatCollide) {
 TEST(DeclarePous, Externals) {
   World w;
   plcopen::Variable listed = variable("speed", named("INT"), Section::kGlobal);
-  listed.list = "GVL";
+  listed.prefix = "GVL";
   w.configuration().globals = {variable("G", named("INT"), Section::kGlobal)};
   w.resource().globals = {listed};
   w.program("P", {variable("g", named("INT"), Section::kExternal), variable("speed", named("INT"), Section::kExternal),
@@ -321,6 +321,94 @@ TEST(DeclarePous, OneNameInTwoListsNeedsItsList) {
   EXPECT_TRUE(lower_expression("A.x + B.x", at_line(1), builder));
   EXPECT_FALSE(lower_expression("x", at_line(1), builder));
   EXPECT_EQ(w.count(Code::P4011), 1u);
+}
+
+TEST(DeclarePous, AListThatMustBeNamedTakesNoNames) {
+  World w;
+  plcopen::Variable a = variable("x", named("INT"), Section::kGlobal);
+  a.list = "A";
+  plcopen::Variable b = variable("x", named("BOOL"), Section::kGlobal);
+  b.prefix = "B";
+  plcopen::Variable y = variable("y", named("INT"), Section::kGlobal);
+  y.list = "A";
+  w.configuration().globals = {a, b, y};
+  w.program("P", {});
+  ir::Module& m = w.declare_cleanly();
+  EXPECT_EQ(m.global_by_name.at("x"), m.global_by_name.at("B.x"));
+  EXPECT_NE(m.global_by_name.at("x"), m.global_by_name.at("A.x"));
+  ir::Builder builder(m, 0, w.diagnostics);
+  EXPECT_FALSE(lower_expression("y", at_line(1), builder));
+  ASSERT_EQ(w.count(Code::P4011), 1u);
+  EXPECT_NE(w.first(Code::P4011)->message.find("in the list A"), std::string::npos);
+}
+
+TEST(DeclarePous, StepsOfAChartHidePrograms) {
+  const std::string chart = "INITIAL_STEP Idle: END_STEP STEP Filling: END_STEP TRANSITION FROM Idle TO Filling := ";
+  for (const auto& [condition, programs] :
+       {std::pair("Filling.X OR Filling.T > T#1s;", 0u), std::pair("Filling.n > 3;", 1u)}) {
+    SCOPED_TRACE(condition);
+    World w;
+    w.program("Filling", {variable("n", named("INT"))});
+    w.program("Main", {});
+    plcopen::Body body;
+    body.language = plcopen::Language::kSfc;
+    body.text = chart + condition + " END_TRANSITION";
+    w.project.pous.back().bodies.push_back(std::move(body));
+    EXPECT_EQ(w.declare_cleanly().globals.size(), programs);
+  }
+}
+
+TEST(DeclarePous, TwoListsHaveNamesForOneAddress) {
+  World w;
+  plcopen::Variable a = variable("a", named("INT"), Section::kGlobal);
+  a.prefix = "A";
+  a.address = "%MW0";
+  plcopen::Variable b = variable("b", named("INT"), Section::kGlobal);
+  b.prefix = "B";
+  b.address = "%MW0";
+  w.configuration().globals = {a, b};
+  w.program("P", {});
+  ir::Module& m = w.declare_cleanly();
+  for (const char* const name : {"a", "A.a", "b", "B.b"}) EXPECT_EQ(m.global_by_name.at(name), 0u) << name;
+  EXPECT_EQ(m.global_aliases.size(), 2u) << "b and B.b from outside";
+}
+
+TEST(DeclarePous, ExternalsOfAListThatMustBeNamed) {
+  for (const bool stubs : {false, true}) {
+    SCOPED_TRACE(stubs);
+    World w;
+    w.options.stub_missing = stubs;
+    plcopen::Variable speed = variable("speed", named("INT"), Section::kGlobal);
+    speed.list = "GVL";
+    plcopen::Variable with_list = variable("speed", named("INT"), Section::kExternal);
+    with_list.list = "GVL";
+    w.configuration().globals = {speed};
+    w.program("Good", {with_list});
+    w.program("Bad", {variable("speed", named("INT"), Section::kExternal)});
+    const ir::Module& m = w.declare_all();
+    EXPECT_EQ(w.diagnostics.error_count(), 1u) << w.rendered();
+    ASSERT_EQ(w.count(Code::P4021), 1u);
+    EXPECT_NE(w.first(Code::P4021)->help.find("GVL.speed"), std::string::npos);
+    EXPECT_EQ(m.globals.size(), 1u) << "none is made";
+  }
+}
+
+TEST(DeclarePous, ConstantsOfListsThatMustBeNamedHaveNoBareNames) {
+  World w;
+  plcopen::Variable a = variable("n", named("INT"), Section::kGlobal);
+  a.list = "A";
+  a.constant = true;
+  a.initial = simple("5");
+  plcopen::Variable b = variable("n", named("INT"), Section::kGlobal);
+  b.prefix = "B";
+  b.constant = true;
+  b.initial = simple("7");
+  plcopen::Variable c = variable("c", named("INT"), Section::kGlobal);
+  c.initial = simple("n");
+  w.configuration().globals = {a, b, c};
+  w.program("P", {});
+  const ir::Module& m = w.declare_cleanly();
+  EXPECT_EQ(m.globals[m.global_by_name.at("c")].variable.initial.at(0).value.bits, 7u);
 }
 
 TEST(DeclarePous, LocatedVariablesShareOnePlace) {

@@ -18,7 +18,7 @@ struct ExpressionTest : ::testing::Test {
         data_type("Light", enumeration({{"Off", ""}, {"Red", ""}})),
         data_type("Point", structure({variable("x", named("INT")), variable("y", named("INT"))}))};
     plcopen::Variable in_list = variable("speed", named("INT"), Section::kGlobal);
-    in_list.list = "GVL";
+    in_list.prefix = "GVL";
     world.configuration().globals = {in_list, variable("Running", named("BOOL"), Section::kGlobal)};
     plcopen::Variable limit = variable("Limit", named("INT"), Section::kLocal, simple("10"));
     limit.constant = true;

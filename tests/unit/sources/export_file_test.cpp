@@ -37,6 +37,20 @@ TEST(ExportFile, SeveralObjectsAListAndAnAction) {
   EXPECT_EQ(r.project->configurations[0].globals[0].at.line, 4u);
 }
 
+TEST(ExportFile, CommentsNestWhereTheToolNestedThem) {
+  const std::string text =
+      "PROGRAM P\r\nVAR\r\n\tx : INT; (* was (* y *)\r\nEND_VAR\r\n"
+      "(* @END_DECLARATION := '0' *)\r\nx := 1; (* over (* two\r\nlines (*) x := 2;\r\nEND_PROGRAM\r\n";
+  const Reading flat("(* @NESTEDCOMMENTS := 'No' *)\r\n" + text);
+  ASSERT_TRUE(flat.project);
+  EXPECT_TRUE(flat.diagnostics.all().empty());
+  ASSERT_EQ(flat.project->pous.size(), 1u);
+  ASSERT_EQ(flat.project->pous[0].variables.size(), 1u);
+  EXPECT_TRUE(flat.project->pous[0].bodies[0].text.ends_with("*) x := 2;"));
+  const Reading nested("(* @NESTEDCOMMENTS := 'Yes' *)\r\n" + text);
+  EXPECT_NE(nested.count(core::Code::P4040), 0u);
+}
+
 TEST(ExportFile, FunctionblockIsOneWord) {
   const Reading r("FUNCTIONBLOCK B\r\nVAR\r\n\tx : INT;\r\nEND_VAR\r\nx := 1;\r\nEND_FUNCTION_BLOCK\r\n");
   ASSERT_TRUE(r.project);

@@ -51,6 +51,40 @@ TEST_F(Discover, AFileOfTestsBelongsToTheProjectBesideIt) {
   }
 }
 
+TEST_F(Discover, AProjectIsASourceProjectOrAnExportAsWell) {
+  for (const char* const name : {"mill/Mill.plcproj", "old/Mill.EXP", "older/Mill.exp"}) {
+    SCOPED_TRACE(name);
+    const std::string project = file(name);
+    const std::string tests = file((fs::path(name).parent_path() / "Mill_test.st").string(), kTest);
+    const auto units = find_units({tests});
+    ASSERT_EQ(units->size(), 1u);
+    EXPECT_EQ((*units)[0].path, project);
+    EXPECT_EQ((*units)[0].files, std::vector<std::string>{tests});
+  }
+}
+
+TEST_F(Discover, LinksThatLeadBackAreNotFollowed) {
+  const std::string tests = file("a/plant_test.st", kTest);
+  fs::create_directory_symlink(path("a"), path("a/again"));
+  fs::create_directory_symlink(path("a"), path("a/once more"));
+  const auto units = find_units({path("a")});
+  ASSERT_EQ(units->size(), 1u);
+  EXPECT_EQ((*units)[0].path, tests);
+}
+
+TEST_F(Discover, ATextInUtf16HasTestsAsWell) {
+  std::string little, big;
+  for (const char c : std::string(kTest)) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  file("a/little_test.st", "\xFF\xFE" + little);
+  file("a/big_test.st", "\xFE\xFF" + big);
+  const auto units = find_units({path("a")});
+  ASSERT_TRUE(units.has_value());
+  EXPECT_EQ(units->size(), 2u);
+}
+
 TEST_F(Discover, WithoutAProjectTheFileStandsAlone) {
   const std::string tests = file("alone_test.st", kTest);
   const auto units = find_units({tests});

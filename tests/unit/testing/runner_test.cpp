@@ -259,6 +259,13 @@ TEST(Runner, EndlessTestsEnd) {
   const TestResult time = run("ADVANCE_TIME(T#10000d);");
   ASSERT_EQ(time.failure_count, 1u);
   EXPECT_NE(time.failures[0].what.find("--max-cycles"), std::string::npos);
+  EXPECT_EQ(time.failures[0].at_ns, 99'999 * core::TimeNs{20'000'000}) << "of the last cycle, not of the call";
+}
+
+TEST(Runner, TimeDoesNotGoBack) {
+  EXPECT_EQ(run("ADVANCE_TIME(T#-5s);").failure_count, 1u);
+  EXPECT_EQ(run("RUN_CYCLES(-1);").failure_count, 1u);
+  EXPECT_EQ(run("ADVANCE_TIME(T#0s); RUN_CYCLES(0);").failure_count, 0u);
 }
 
 TEST(Runner, FailuresBeyondTheFirstAreCounted) {
