@@ -198,7 +198,16 @@ Outcome check_modbus_right(const Context& c) { return check_right(c, modbus_serv
 Outcome check_modbus_port(const Context& c) { return check_free(c, modbus_server(c)); }
 Outcome check_engineering_address(const Context& c) { return check_address(c, engineering_server(c)); }
 Outcome check_engineering_right(const Context& c) { return check_right(c, engineering_server(c)); }
-Outcome check_engineering_port(const Context& c) { return check_free(c, engineering_server(c)); }
+Outcome check_engineering_port(const Context& c) {
+  const Server server = engineering_server(c), other = modbus_server(c);
+  const auto here = parse_address(server.address), there = parse_address(other.address);
+  const bool both = c.subject.configuration_is_known && server.enabled && other.enabled && here && there;
+  if (both && server.port != 0 && server.port == other.port && (*here == *there || is_any(*here) || is_any(*there))) {
+    return wrong(fmt::format("[modbus] listens on {}, and [engineering] on {}", other.text(), server.text()),
+                 "give one of them another port as `listen`");
+  }
+  return check_free(c, server);
+}
 
 Outcome check_certificate(const Context& c) {
   if (auto outcome = without(c, engineering_server(c))) return *outcome;

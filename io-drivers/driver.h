@@ -9,7 +9,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -96,5 +98,9 @@ class Driver : public runtime::CycleListener {
   /// Gives the device back, outputs in their safe state.
   virtual void close() noexcept = 0;
 };
+
+/// For the end: calls `what` for each driver. Those that work in a cycle come first, one after the other; then all
+/// others at once, since a device that is silent takes seconds, and the next one must not wait for it.
+void for_all_at_once(std::span<Driver* const> drivers, const std::function<void(Driver&)>& what);
 
 }  // namespace plc::io

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <utility>
 
 #include "core/clock.h"
@@ -16,7 +17,10 @@ constexpr std::uint32_t kLastBit = 63;
 ThreadedDriver::ThreadedDriver(std::unique_ptr<Driver> driver, core::TimeNs poll_ns)
     : driver_(std::move(driver)), poll_ns_(poll_ns) {}
 
-ThreadedDriver::~ThreadedDriver() { stop(); }
+ThreadedDriver::~ThreadedDriver() {
+  tell_to_end();
+  thread_.join();
+}
 
 void ThreadedDriver::start() {
   if (thread_.joinable()) return;
@@ -29,7 +33,7 @@ void ThreadedDriver::run() noexcept {
   context.task = driver_->task();
   context.release_ns = clock.now_ns();
   std::uint64_t stopped = 0;
-  while (!stop_.load(std::memory_order_relaxed)) {
+  do {
     for (const std::uint64_t now = stopped_tasks_.load(std::memory_order_relaxed); stopped != now;) {
       const auto task = static_cast<std::uint32_t>(std::countr_zero(now & ~stopped));
       stopped |= std::uint64_t{1} << task;
@@ -42,8 +46,14 @@ void ThreadedDriver::run() noexcept {
     ++context.cycle;
     // A device that is slower than asked for is exchanged with as fast as it goes.
     context.release_ns = std::max(context.release_ns + poll_ns_, clock.now_ns());
-    clock.sleep_until_ns(context.release_ns);
-  }
+  } while (rest_until(context.release_ns));
+  driver_->safe_state();
+}
+
+bool ThreadedDriver::rest_until(core::TimeNs at_ns) {
+  std::unique_lock lock(mutex_);
+  const core::TimeNs left = std::max<core::TimeNs>(at_ns - core::MonotonicClock().now_ns(), 0);
+  return !changed_.wait_for(lock, std::chrono::nanoseconds(left), [this] { return stop_; });
 }
 
 // RT:
@@ -51,20 +61,23 @@ void ThreadedDriver::task_stopped(std::uint32_t task) noexcept {
   stopped_tasks_.fetch_or(std::uint64_t{1} << std::min(task, kLastBit), std::memory_order_relaxed);
 }
 
-void ThreadedDriver::stop() noexcept {
-  stop_.store(true, std::memory_order_relaxed);
-  thread_.join();
+void ThreadedDriver::tell_to_end() noexcept {
+  const std::scoped_lock lock(mutex_);
+  stop_ = true;
+  changed_.notify_all();
 }
 
+/// The thread does it when it ends: other drivers do not wait here for a device that takes its time.
 void ThreadedDriver::safe_state() noexcept {
-  stop();
-  driver_->safe_state();
+  if (!thread_.joinable()) return driver_->safe_state();
+  tell_to_end();
 }
 
 bool ThreadedDriver::drive_safe() noexcept { return driver_->drive_safe(); }
 
 void ThreadedDriver::close() noexcept {
-  stop();
+  tell_to_end();
+  thread_.join();
   driver_->close();
 }
 

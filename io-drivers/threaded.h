@@ -3,12 +3,14 @@
 //
 // In: the driver, how often it is to exchange. Out: the same driver to everybody else. The task only shares the global
 // table with it: inputs appear as one snapshot when the device has been read, outputs are those of the newest complete
-// cycle. Threads: start() makes one, safe_state() and close() end it; the guardian's copy never has one. Does not
-// belong here: what a device is.
+// cycle. Threads: start() makes one; safe_state() tells it to make the device safe and end, without waiting for it,
+// close() waits; the guardian's copy never has one. Does not belong here: what a device is.
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 
 #include "io-drivers/driver.h"
 #include "runtime/sched/ordinary_thread.h"
@@ -43,11 +45,15 @@ class ThreadedDriver final : public Driver {
 
  private:
   void run() noexcept;
-  void stop() noexcept;
+  /// Whether there is another exchange then.
+  bool rest_until(core::TimeNs at_ns);
+  void tell_to_end() noexcept;
 
   std::unique_ptr<Driver> driver_;
   core::TimeNs poll_ns_;
-  std::atomic<bool> stop_{false};
+  std::mutex mutex_;  ///< of `stop_`, with `changed_`
+  std::condition_variable changed_;
+  bool stop_ = false;
   std::atomic<std::uint64_t> stopped_tasks_{0};  ///< a bit each; the last one stands for all from 63 on
   runtime::OrdinaryThread thread_;
 };

@@ -39,7 +39,8 @@ bool RecordWriter::write(std::span<const std::byte> block) {
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       error_ = count < 0 ? errno : ENOSPC;
-      static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(bytes_)));
+      // What was written of the block goes. Where that fails, the next one is written over it.
+      [[maybe_unused]] const int cut = ::ftruncate(descriptor_, static_cast<off_t>(bytes_));
       return false;
     }
     done += static_cast<std::size_t>(count);

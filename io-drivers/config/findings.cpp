@@ -19,6 +19,9 @@ bool before(const core::SourceRef& a, const core::SourceRef& b) {
 void Findings::add(core::Code code, const core::SourceRef& at, std::string message, std::string help) {
   // A file of nothing but mistakes has some 10^6 of them.
   constexpr std::size_t kMost = 10'000;
+  // Helps repeat what the file says, and a terminal would obey it.
+  std::ranges::replace_if(
+      help, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
   if (found_.size() < kMost) found_.push_back({code, at, std::move(message), std::move(help)});
 }
 

@@ -5,6 +5,7 @@
 // mean.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -31,8 +32,14 @@ class KeyValues {
 
   /// `list` for keys of KeyKind::kTexts. A key without a row is ignored.
   void set(std::string_view key, Placed value, std::vector<Placed> list = {});
-  /// Whether the file has the key.
+  /// Whether the file has the key, with a value that is good.
   [[nodiscard]] bool has(std::string_view key) const { return place(key, {}).line != 0; }
+  /// The file has the key, be its value good or not.
+  void mention(std::string_view key) { mentioned_.emplace_back(key); }
+  /// What is wrong with it was said already: nothing is missing.
+  [[nodiscard]] bool mentions(std::string_view key) const {
+    return std::ranges::find(mentioned_, key) != mentioned_.end();
+  }
   /// Of the value, or `otherwise` when the file does not have the key.
   [[nodiscard]] core::SourceRef place(std::string_view key, const core::SourceRef& otherwise) const;
 
@@ -59,7 +66,8 @@ class KeyValues {
   [[nodiscard]] const Value* find(std::string_view key) const;
   [[nodiscard]] const Value& at(std::string_view key) const;
 
-  std::vector<Value> values_;  ///< one for each row
+  std::vector<Value> values_;           ///< one for each row
+  std::vector<std::string> mentioned_;  ///< keys of the file, of a channel
 };
 
 }  // namespace plc::io

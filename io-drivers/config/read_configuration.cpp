@@ -244,9 +244,8 @@ class Reader {
     for (const auto& [name, node] : table) {
       const KeyInfo* key = keys_.find(kTableOf<T>, name.str(), entry.kind);
       if (key == nullptr) {
-        const bool has_own_reader =
-            kTableOf<T> == TableId::kModbus && (name.str() == "range" || name.str() == "serial");
-        if (!has_own_reader) unknown_key(kTableOf<T>, name, where);
+        const bool own = kTableOf<T> == TableId::kModbus && (name.str() == "range" || name.str() == "serial");
+        if (!own) unknown_key(kTableOf<T>, name, where);
       } else if (const std::string only = misplaced(*key, entry); !only.empty()) {
         problem(Code::P7307, place(name), fmt::format("\"{}\" does not belong to {}", name.str(), where),
                 only + ": take it out");
@@ -397,7 +396,7 @@ class Reader {
       problem(Code::P7311, place(table, table.contains("last") ? "last" : "first"),
               fmt::format("the range ends with {}, before its first address {}", to.last, to.first));
     }
-    if (!table.contains("table")) return;
+    if (table["table"].value<std::string_view>() != modbus_table_text(to.table)) return;
     const bool of_bits = to.table == ModbusTable::kCoils || to.table == ModbusTable::kDiscreteInputs;
     const bool of_inputs = to.table == ModbusTable::kDiscreteInputs || to.table == ModbusTable::kInputRegisters;
     if (of_inputs && to.writable.value_or(false)) {
@@ -497,6 +496,7 @@ class Reader {
         }
       }
       if (entry.kind != nullptr) channel.values = KeyValues(entry.kind->channel_keys);
+      for (const auto& [named, value] : *one) channel.values.mention(named.str());
       read_table(*one, channel, entry, channel.variable.at, fmt::format("{} \"{}\"", word, name));
     }
     std::ranges::sort(channels, before, [](const ChannelConfig& channel) { return channel.variable.at; });

@@ -173,12 +173,14 @@ bool ExternalDriver::take_device(const std::vector<double>& outputs) {
 }
 
 std::optional<core::Problem> ExternalDriver::open() {
+  taken_ = true;
   if (take_device(initial_)) {
     publish(true);
     return std::nullopt;
   }
   const std::string reason = why();
   if (!may_wait_) {
+    taken_ = false;
     return core::Problem{core::Code::P7421, fmt::format("{}: the device cannot be opened: {}", config_->name, reason),
                          "wait = true lets control start without it"};
   }
@@ -213,20 +215,22 @@ void ExternalDriver::publish(bool connected) {
 bool ExternalDriver::read_inputs() { return kind_.read(object_, read_.data(), &failure_) != 0; }
 bool ExternalDriver::write_outputs() { return kind_.write(object_, wanted_.data(), &failure_) != 0; }
 
-/// One error of a bus is not a device that is gone: it is tried twice, and in the next exchanges.
-bool ExternalDriver::exchange(bool (ExternalDriver::*what)()) {
+/// One error of a bus is not a device that is gone: it is tried twice, and in the next exchanges. A write that works
+/// does not make up for reads that fail: the program would not learn that its inputs stand still.
+bool ExternalDriver::exchange(bool (ExternalDriver::*what)(), std::uint32_t& failed) {
   failure_ = {};
   if ((this->*what)() || (this->*what)()) {
     exchanges_.fetch_add(1, std::memory_order_relaxed);
-    failed_in_a_row_ = 0;
+    failed = 0;
     return true;
   }
-  if (++failed_in_a_row_ > kTolerated) lose();
+  ++failed;
+  if (failed_reads_ + failed_writes_ > kTolerated) lose();
   return false;
 }
 
 void ExternalDriver::lose() {
-  failed_in_a_row_ = 0;
+  failed_reads_ = failed_writes_ = 0;
   kind_.close(object_);
   open_ = false;
   losses_.fetch_add(1, std::memory_order_relaxed);
@@ -259,7 +263,7 @@ void ExternalDriver::come_back(core::TimeNs now_ns) {
 
 void ExternalDriver::before_scan(const runtime::ReleaseContext& context) noexcept {
   if (!open_ && context.now_ns >= next_try_ns_) come_back(context.now_ns);
-  if (open_ && !inputs_.empty() && exchange(&ExternalDriver::read_inputs)) publish(true);
+  if (open_ && !inputs_.empty() && exchange(&ExternalDriver::read_inputs, failed_reads_)) publish(true);
 }
 
 void ExternalDriver::after_scan(const runtime::ReleaseContext&) noexcept {
@@ -274,7 +278,7 @@ void ExternalDriver::after_scan(const runtime::ReleaseContext&) noexcept {
                  : output.invert                             ? (number == 0 ? 1 : 0)
                                                              : number;
   }
-  if (open_) exchange(&ExternalDriver::write_outputs);
+  if (open_) exchange(&ExternalDriver::write_outputs, failed_writes_);
 }
 
 void ExternalDriver::safe_state() noexcept {
@@ -290,21 +294,23 @@ void ExternalDriver::task_stopped(std::uint32_t task) noexcept {
   }
 }
 
-// In the guardian the object is as it was after open().
+// In the guardian the object is as it was after open(). Inputs that cannot be read do not matter here.
 bool ExternalDriver::drive_safe() noexcept {
   if (outputs_.empty()) return true;
   wanted_ = safe_;
   if (open_ && (write_outputs() || write_outputs())) return true;
   if (object_ == nullptr) return false;
   if (open_) kind_.close(object_);
-  open_ = false;
-  return take_device(safe_);
+  open_ = kind_.open(object_, &failure_) != 0 && (write_outputs() || write_outputs());
+  if (!open_) kind_.close(object_);
+  return open_;
 }
 
 void ExternalDriver::close() noexcept {
-  if (!open_) return;
-  safe_state();
-  kind_.close(object_);
+  if (!std::exchange(taken_, false)) return;
+  // Also a device that is lost: it may be so in one direction alone.
+  drive_safe();
+  if (open_) kind_.close(object_);
   open_ = false;
   connected_.store(false, std::memory_order_relaxed);
 }

@@ -78,7 +78,7 @@ class ExternalDriver final : public Driver {
   [[nodiscard]] Point point_of(const BoundChannel& channel, const runtime::Resource& resource) const;
   /// Takes the device and writes these outputs. False: why is in `failure_`.
   bool take_device(const std::vector<double>& outputs);
-  bool exchange(bool (ExternalDriver::*what)());
+  bool exchange(bool (ExternalDriver::*what)(), std::uint32_t& failed);
   bool read_inputs();
   bool write_outputs();
   void lose();
@@ -101,9 +101,10 @@ class ExternalDriver final : public Driver {
 
   // Of the thread that has the device.
   void* object_ = nullptr;
+  bool taken_ = false;  ///< from a good open() to close(), also while the device is lost
   bool open_ = false;
   picard_failure failure_{};
-  std::uint32_t failed_in_a_row_ = 0;
+  std::uint32_t failed_reads_ = 0, failed_writes_ = 0;  ///< in a row
   core::TimeNs away_since_ns_ = 0, next_try_ns_ = 0;
 
   std::atomic<bool> connected_{false};

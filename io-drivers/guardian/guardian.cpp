@@ -17,8 +17,11 @@
 #include <cstring>
 #include <ctime>
 #include <iostream>
+#include <iterator>
+#include <mutex>
 #include <new>
 #include <optional>
+#include <set>
 
 #include "runtime/sched/priority.h"
 #include "runtime/sched/thread_settings.h"
@@ -186,10 +189,18 @@ class Guardian {
       const timespec pause = timespec_of(kReapPause);
       if (!reaped_) ::nanosleep(&pause, nullptr);
     }
+    std::vector<Driver*> with_outputs;
+    std::ranges::copy_if(drivers_, std::back_inserter(with_outputs), &Driver::has_outputs);
+    std::mutex mutex;
+    std::set<const Driver*> driven;
+    for_all_at_once(with_outputs, [&](Driver& driver) {
+      if (!driver.drive_safe()) return;
+      const std::scoped_lock lock(mutex);
+      driven.insert(&driver);
+    });
     std::string safe, unsafe;
-    for (Driver* const driver : drivers_) {
-      if (!driver->has_outputs()) continue;
-      std::string& list = driver->drive_safe() ? safe : unsafe;
+    for (const Driver* const driver : with_outputs) {
+      std::string& list = driven.contains(driver) ? safe : unsafe;
       list += (list.empty() ? "" : ", ") + std::string(driver->name());
     }
     std::string text = fmt::format("plc-run guardian: the runtime (process {}) {}", runtime_, reason);

@@ -267,7 +267,9 @@ void Machine::stopping() {
 void Machine::stop() {
   if (server_) server_->stop();
   if (serial_server_) serial_server_->stop();
-  for (const auto& driver : drivers_) driver->close();
+  std::vector<Driver*> all;
+  for (const auto& driver : drivers_) all.push_back(driver.get());
+  for_all_at_once(all, [](Driver& driver) { driver.close(); });
   if (pulse_) pulse_->finished();
 }
 

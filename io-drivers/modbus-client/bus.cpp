@@ -7,12 +7,20 @@
 #include <chrono>
 #include <map>
 #include <system_error>
+#include <utility>
 
 namespace plc::modbus_client {
 namespace {
 
 /// WHY not std::thread: plc-run locks its memory, and the usual 8 MB for each of many buses would all be there.
 constexpr std::size_t kStackBytes = 512 * 1024;
+/// WHY less than the five seconds after which the guardian kills a runtime that does not end: what comes after the
+/// devices, such as the last retained values, needs some of them.
+constexpr core::TimeNs kEndNs = 3'000'000'000;
+/// The guardian's own; systemd gives both together 15 seconds.
+constexpr core::TimeNs kGuardianEndNs = 8'000'000'000;
+/// WHY more than that where there are many: one that answers must have the time for it, whoever is silent before it.
+constexpr core::TimeNs kGuardianPartNs = 1'000'000'000;
 
 }  // namespace
 
@@ -36,6 +44,7 @@ void Bus::add(Device& device) { members_.push_back({&device}); }
 
 void Bus::start() {
   if (running_ || members_.empty()) return;
+  link_ = make_link(address_);
   // Signals are for the main thread.
   sigset_t all, before;
   sigfillset(&all);
@@ -66,27 +75,44 @@ void Bus::leave(Device& device) noexcept {
       return;
     }
     member->leaves = true;
+    // Half for what is asked just now: who is silent there must not take the time of the others.
+    if (std::ranges::all_of(members_, &Member::leaves)) link_->end_by(core::MonotonicClock().now_ns() + kEndNs / 2);
     changed_.notify_all();
     changed_.wait(lock, [&] { return std::ranges::none_of(members_, is_it); });
-    if (!members_.empty()) return;
+    // Several may leave at once; one of them joins the thread.
+    if (!members_.empty() || !std::exchange(running_, false)) return;
   }
   pthread_join(thread_, nullptr);
-  running_ = false;
+  link_.reset();
+}
+
+bool Bus::write_safe(const Device& device) {
+  const std::scoped_lock lock(mutex_);
+  if (link_ == nullptr) link_ = make_link(address_);
+  // A part for each: nobody knows which of them are silent.
+  const auto members = static_cast<core::TimeNs>(std::max<std::size_t>(members_.size(), 1));
+  link_->end_by(core::MonotonicClock().now_ns() + std::max(kGuardianEndNs / members, kGuardianPartNs));
+  return device.write_safe(*link_);
 }
 
 void Bus::run() {
   pthread_setname_np(pthread_self(), "plc-modbus");
-  const auto link = make_link(address_);
   core::MonotonicClock clock;
   std::unique_lock lock(mutex_);
   for (const Member& member : members_) member.device->begin(clock.now_ns());
-  while (!members_.empty()) serve(*link, lock);
+  while (!members_.empty()) serve(*link_, lock);
 }
 
 void Bus::serve(Link& link, std::unique_lock<std::mutex>& lock) {
   core::MonotonicClock clock;
-  const auto leaving = std::ranges::find_if(members_, &Member::leaves);
-  if (leaving != members_.end()) {
+  // Devices that are lost leave last: they may take all the time there is.
+  const auto leaving = std::ranges::min_element(members_, {}, [](const Member& member) {
+    return !member.leaves ? 2 : member.device->lost() ? 1 : 0;
+  });
+  if (leaving->leaves) {
+    if (std::ranges::all_of(members_, &Member::leaves) && !std::exchange(ends_, true)) {
+      link.end_by(clock.now_ns() + kEndNs / 2);
+    }
     Device& device = *leaving->device;
     lock.unlock();
     device.hold_all();

@@ -31,8 +31,12 @@ class Bus {
   /// Makes the thread, once.
   void start();
   /// Waits until the safe values of the device were written, or could not be; the last one ends the thread. Nothing is
-  /// written where start() was not called: the device was not touched.
+  /// written where start() was not called: the device was not touched. Once all devices leave, silent ones are waited
+  /// for no longer than three seconds in all; those that answer may take longer.
   void leave(Device& device) noexcept;
+  /// In a copy of the process that has no thread: writes the safe values of the device. False: not all of them. A
+  /// silent one is waited for until its part of eight seconds, or a second, is over.
+  bool write_safe(const Device& device);
   [[nodiscard]] const BusAddress& address() const { return address_; }
   /// The process has the thread: false in a copy that fork() made before start().
   [[nodiscard]] bool runs() const { return running_; }
@@ -50,8 +54,10 @@ class Bus {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Member> members_;
+  std::unique_ptr<Link> link_;  ///< from start(), or the first write_safe(), on
   pthread_t thread_ = {};
   bool running_ = false;  ///< thread_ is to be joined
+  bool ends_ = false;     ///< all devices leave, and none is asked for anything but its safe values
 };
 
 }  // namespace plc::modbus_client

@@ -141,19 +141,20 @@ void Device::exchange(Part& part, bool write, Link& link, const core::Clock& clo
   const std::scoped_lock lock(mutex_);
   if (error == Error::kNone) return succeeded(part, write, cells, now);
   if (is_exception(error)) return refused(part, write, error, now);
-  failed(part, error, link.reason(), now);
+  failed(part, write, error, link.reason(), now);
 }
 
 void Device::succeeded(Part& part, bool write, const Cells& cells, TimeNs now_ns) {
   ++exchanges_;
   answered_ns_ = now_ns;
   came_back(now_ns);
-  if (is_exception(part.error)) {
+  if (part.backoff_ns != 0) {
     say(now_ns, fmt::format("{} can be {} again", cells_text(part.block), write ? "written" : "read"),
         core::Severity::kNote);
   }
   part.error = Error::kNone;
   part.backoff_ns = 0;
+  part.failures = 0;
   if (write) {
     part.written = part.wanted;
     part.valid = true;
@@ -184,7 +185,13 @@ void Device::refused(Part& part, bool write, Error error, TimeNs now_ns) {
   answered_ns_ = now_ns;
   came_back(now_ns);
   if (!write && part.block.gaps && error == Error::kIllegalAddress && split(part, now_ns)) return;
-  if (part.error != error) {
+  part.failures = 0;
+  put_off(part, write, error, now_ns);
+}
+
+void Device::put_off(Part& part, bool write, Error error, TimeNs now_ns) {
+  // Also where the device was lost by it before.
+  if (part.error != error || part.backoff_ns == 0) {
     say(now_ns,
         fmt::format("{} cannot be {}: {}", cells_text(part.block), write ? "written" : "read", error_text(error)));
   }
@@ -217,18 +224,25 @@ bool Device::split(const Part& part, TimeNs now_ns) {
   return true;
 }
 
-void Device::failed(Part& part, Error error, std::string_view reason, TimeNs now_ns) {
+void Device::failed(Part& part, bool write, Error error, std::string_view reason, TimeNs now_ns) {
+  // Also of a device that is lost: the next attempt asks for something else, which it may answer.
+  part.due_ns = now_ns;
   if (!lost_) {
-    part.due_ns = now_ns;
     part.valid = false;
+    ++part.failures;
     // Where nobody listens, nobody will in the next instant.
-    if (++failures_ <= settings_.retries && error != Error::kNotConnected) return;
+    if (++failures_ <= settings_.retries && error != Error::kNotConnected) {
+      // It answers others: many devices say nothing to what they do not have.
+      if (part.failures > settings_.retries) put_off(part, write, error, now_ns);
+      return;
+    }
     lost_ = true;
     lost_since_ns_ = now_ns;
     ++losses_;
     backoff_ns_ = 0;
     for (Part& one : read_parts_) {
       one.error = error;
+      if (&one != &part) one.due_ns = std::min(one.due_ns, now_ns - 1);
       substitute(one);
     }
     for (Part& one : write_parts_) {
@@ -305,7 +319,7 @@ void Device::publish(TimeNs now_ns, bool changed) {
 }
 
 bool Device::write_safe(Link& link) const {
-  bool all = true;
+  std::vector<Bytes> left;
   for (const Part& part : write_parts_) {
     Cells cells(part.block.count, 0);
     for (const std::uint32_t i : part.block.wants) {
@@ -313,18 +327,25 @@ bool Device::write_safe(Link& link) const {
       encode(point.coding, point.safe.data(),
              std::span(cells).subspan(point.want.first - part.block.first, point.want.count));
     }
-    const Bytes pdu = write_pdu(part.block.table, part.block.first, cells, settings_.multiple);
-    Error error = Error::kNeverRead;
-    for (std::uint32_t attempt = 0; attempt <= settings_.retries && error != Error::kNone; ++attempt) {
-      Cells none;
-      error = ask(link, settings_.unit, pdu, settings_.timeout_ns, none);
-      if (error == Error::kNotConnected) return false;
-    }
-    all = all && error == Error::kNone;
-    // A device that is silent is silent to all.
-    if (error == Error::kNoAnswer) return false;
+    left.push_back(write_pdu(part.block.table, part.block.first, cells, settings_.multiple));
   }
-  return all;
+  // One that is lost has been asked often enough.
+  const std::uint32_t retries = lost_ ? 0 : settings_.retries;
+  std::size_t silent = 0;  // in a row
+  // All once before any of them again: some devices say nothing to what they do not have.
+  for (std::uint32_t attempt = 0; attempt <= retries && !left.empty(); ++attempt) {
+    std::vector<Bytes> failed;
+    for (Bytes& pdu : left) {
+      Cells none;
+      const Error error = ask(link, settings_.unit, pdu, settings_.timeout_ns, none);
+      if (error == Error::kNotConnected || (lost_ && error == Error::kNoAnswer)) return false;
+      silent = error == Error::kNoAnswer ? silent + 1 : 0;
+      if (error != Error::kNone) failed.push_back(std::move(pdu));
+    }
+    if (silent >= left.size() && silent > retries) return false;
+    left = std::move(failed);
+  }
+  return left.empty();
 }
 
 // RT:

@@ -75,8 +75,11 @@ class Device {
   [[nodiscard]] TimeNs due() const;
   /// What is due, with one exchange at most.
   void turn(Link& link, const core::Clock& clock);
-  /// One attempt after the other to give every output its safe value; whether all have it.
+  /// Attempts to give every output its safe value, until the device is silent to all of them; whether all have it.
   bool write_safe(Link& link) const;
+
+  /// Nobody answers. The bus thread, or where there is none.
+  [[nodiscard]] bool lost() const { return lost_; }
 
   // RT: what the tasks tell.
   void scanned(std::uint32_t task) noexcept {
@@ -98,10 +101,11 @@ class Device {
     Block block;
     Error error = Error::kNeverRead;
     TimeNs due_ns = 0;
-    TimeNs backoff_ns = 0;   ///< after an exception
-    TimeNs read_at_ns = -1;  ///< reads; -1 = never
-    Cells wanted, written;   ///< writes
-    bool valid = false;      ///< writes: the device has `written`
+    TimeNs backoff_ns = 0;       ///< after an exception, or when this request alone has no good answer
+    std::uint32_t failures = 0;  ///< in a row, of this request
+    TimeNs read_at_ns = -1;      ///< reads; -1 = never
+    Cells wanted, written;       ///< writes
+    bool valid = false;          ///< writes: the device has `written`
     TimeNs rewrite_at_ns = 0;
   };
 
@@ -111,7 +115,9 @@ class Device {
   void exchange(Part& part, bool write, Link& link, const core::Clock& clock);
   void succeeded(Part& part, bool write, const Cells& cells, TimeNs now_ns);
   void refused(Part& part, bool write, Error error, TimeNs now_ns);
-  void failed(Part& part, Error error, std::string_view reason, TimeNs now_ns);
+  void failed(Part& part, bool write, Error error, std::string_view reason, TimeNs now_ns);
+  /// The values of this request alone are lost; it waits.
+  void put_off(Part& part, bool write, Error error, TimeNs now_ns);
   void came_back(TimeNs now_ns);
   /// The time to the next attempt, after this one.
   [[nodiscard]] TimeNs longer(TimeNs backoff_ns) const;

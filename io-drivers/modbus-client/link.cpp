@@ -24,6 +24,9 @@ namespace {
 
 using core::TimeNs;
 
+/// How late a wait learns of end_by().
+constexpr TimeNs kPieceNs = 50'000'000;
+
 template <class T>
 bool parse_whole(std::string_view text, T& to) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), to);
@@ -78,12 +81,14 @@ class StreamLink : public Link {
   /// Whether the events came in time. Not interrupted by signals for longer than the deadline.
   bool wait(short events, TimeNs deadline_ns) {
     for (;;) {
-      const TimeNs left = std::max<TimeNs>(deadline_ns - clock_.now_ns(), 0);
+      // In pieces: the end may be asked for meanwhile.
+      const TimeNs left = std::clamp<TimeNs>(until(deadline_ns) - clock_.now_ns(), 0, kPieceNs);
       timespec time = {left / 1'000'000'000, left % 1'000'000'000};
       pollfd one = {fd_, events, 0};
       const int ready = ::ppoll(&one, 1, &time, nullptr);
       if (ready > 0) return true;
-      if (ready == 0 || errno != EINTR) return false;
+      if (ready < 0 && errno != EINTR) return false;
+      if (ready == 0 && clock_.now_ns() >= until(deadline_ns)) return false;
     }
   }
   Error send_all(std::span<const std::uint8_t> bytes, TimeNs deadline_ns) {
@@ -164,19 +169,27 @@ class TcpLink final : public StreamLink {
     return ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
   Error connect(TimeNs deadline_ns) {
-    const auto& addresses = resolver_.resolve(deadline_ns);
+    // In pieces, as wait().
+    do {
+      resolver_.resolve(std::min(until(deadline_ns), clock_.now_ns() + kPieceNs));
+    } while (resolver_.waits() && clock_.now_ns() < until(deadline_ns));
+    const auto& addresses = resolver_.known();
     if (addresses.empty()) {
       const Error error = fail(Error::kNotConnected);
       reason_ = resolver_.reason();
       return error;
     }
-    // Of several addresses each has its turn, until one is good.
-    const SocketAddress& to = addresses[turn_ % addresses.size()];
-    const Error error = connect(to, deadline_ns);
-    if (error == Error::kNone) return error;
-    ++turn_;
-    const std::string address = text_of(to);
-    if (address != bus_.host) reason_ = address + ": " + reason_;
+    // Of several addresses each has its turn, until one is good. One that refuses leaves time for the next: a name may
+    // be that of ::1, where nobody listens, and of 127.0.0.1.
+    Error error = Error::kNotConnected;
+    for (std::size_t i = 0; i < addresses.size() && (i == 0 || clock_.now_ns() < until(deadline_ns)); ++i) {
+      const SocketAddress& to = addresses[turn_ % addresses.size()];
+      error = connect(to, deadline_ns);
+      if (error == Error::kNone) return error;
+      ++turn_;
+      const std::string address = text_of(to);
+      if (address != bus_.host) reason_ = address + ": " + reason_;
+    }
     return error;
   }
   Error connect(const SocketAddress& to, TimeNs deadline_ns) {
@@ -246,7 +259,7 @@ class SerialLink final : public StreamLink {
     for (;;) {
       got_.clear();
       const TimeNs quiet = clock_.now_ns() + std::max(silence_, modbus_rtu::kLongestPauseNs);
-      if (clock_.now_ns() >= deadline_ns || receive(std::min(quiet, deadline_ns)) != Error::kNone) return;
+      if (clock_.now_ns() >= until(deadline_ns) || receive(std::min(quiet, deadline_ns)) != Error::kNone) return;
       last_byte_ns_ = clock_.now_ns();
     }
   }
@@ -296,8 +309,11 @@ std::unique_ptr<Link> make_link(const BusAddress& bus) {
 }
 
 Error ask(Link& link, std::uint8_t unit, std::span<const std::uint8_t> pdu, TimeNs timeout_ns, Cells& cells) {
+  const core::MonotonicClock clock;
+  const TimeNs begin = clock.now_ns();
   Bytes answer;
   if (const Error error = link.exchange(unit, pdu, timeout_ns, answer); error != Error::kNone) return error;
+  link.answered_in(clock.now_ns() - begin);
   return parse_answer(pdu, answer, cells);
 }
 

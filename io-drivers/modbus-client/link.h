@@ -5,7 +5,10 @@
 // waits. Does not belong here: retries, back-off (device.h), what PDUs say (frame.h).
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,6 +44,24 @@ class Link {
                          Bytes& answer) = 0;
   /// Why the last exchange failed, in words of the system ("Connection refused"), or empty.
   [[nodiscard]] virtual std::string_view reason() const { return {}; }
+  /// No exchange waits beyond this instant any more, one that has begun neither. Any thread.
+  void end_by(core::TimeNs at_ns) { end_by_ns_.store(at_ns, std::memory_order_relaxed); }
+  /// An exchange took so long and was answered, which puts off the end: many that answer do not run out of time.
+  void answered_in(core::TimeNs took_ns) {
+    core::TimeNs end = end_by_ns_.load(std::memory_order_relaxed);
+    // One that was set meanwhile holds.
+    if (end != kNoEnd) end_by_ns_.compare_exchange_strong(end, end + took_ns, std::memory_order_relaxed);
+  }
+
+ protected:
+  /// The deadline, or the end where that is earlier.
+  [[nodiscard]] core::TimeNs until(core::TimeNs deadline_ns) const {
+    return std::min(deadline_ns, end_by_ns_.load(std::memory_order_relaxed));
+  }
+
+ private:
+  static constexpr core::TimeNs kNoEnd = std::numeric_limits<core::TimeNs>::max();
+  std::atomic<core::TimeNs> end_by_ns_{kNoEnd};
 };
 
 /// Touches nothing until the first exchange.

@@ -29,7 +29,7 @@ bool ModbusDriver::drive_safe() noexcept try {
     return true;
   }
   // The guardian: the thread and its connection ended with the other process.
-  return device_.write_safe(*make_link(bus_->address()));
+  return bus_->write_safe(device_);
 } catch (...) {
   return false;
 }

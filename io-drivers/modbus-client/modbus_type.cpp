@@ -111,6 +111,9 @@ void check_bus(const DriverConfig& driver, Findings& findings) {
                  fmt::format("\"{}\" is no setting of a serial line", values.text("line")),
                  "write speed, data bits, parity and stop bits: \"19200 8E1\", \"9600 8N1\"");
   }
+  if (values.has("retry_max") && values.number("retry_max") < driver.retry_ns) {
+    findings.add(Code::P7311, values.place("retry_max", driver.at), "\"retry_max\" is shorter than \"retry\"");
+  }
   const std::int64_t unit = values.number("unit");
   if (bus && bus->serial && (unit < 1 || unit > 247)) {
     findings.add(Code::P7305, values.place("unit", driver.at), fmt::format("unit {} is none on a serial line", unit),
@@ -130,7 +133,7 @@ void check_channel(const ChannelConfig& channel, Findings& findings) {
     return;
   }
   for (const std::string_view name : {"table", "address"}) {
-    if (values.has(name)) continue;
+    if (values.mentions(name) || values.mentions("status")) continue;
     findings.add(Code::P7306, at, fmt::format("\"{}\" has no \"{}\"", channel.variable.text, name),
                  name == "table" ? "add table = \"holding-registers\"" : "add address = 100");
   }
@@ -190,6 +193,9 @@ std::string_view refuses(const KeyValues& channel, const bytecode::ImageType& ty
     if (of_bits(channel) && !io::is_bool(type)) return "coils and discrete inputs are BOOLs";
     if (!of_bits(channel) && io::is_bool(type) && !bit) return "a BOOL in a register needs \"bit\"";
     if (!of_bits(channel) && !io::is_bool(type) && bit) return "\"bit\" is for a BOOL";
+    if (bit && (channel.has("scale") || channel.has("offset") || registers_of(raw_of(channel, type.elementary)) > 1)) {
+      return "\"bit\" is of one register, without \"scale\" and \"offset\"";
+    }
   }
   const bool text = type.kind == bytecode::TypeKind::kString;
   if (!text && channel.has("registers")) return "\"registers\" is for a text";
@@ -234,6 +240,31 @@ Want want_of(const BoundChannel& bound, const DriverConfig& driver, const byteco
   return want;
 }
 
+/// What is written: by table, address and bit.
+using Places = std::map<std::uint32_t, const BoundChannel*>;
+
+/// A register that another driver before this one writes to the same unit. Each writes the whole of it, and what the
+/// other one wrote is gone: also where they have bits of it.
+std::optional<core::Problem> written_by_both(const Places& used, const DriverConfig& driver, const DriverConfig& other,
+                                             const Configuration& configuration) {
+  if (&driver < &other || driver.values.number("unit") != other.values.number("unit")) return std::nullopt;
+  for (const ChannelConfig& output : configuration.outputs) {
+    const KeyValues& values = output.values;
+    if (output.driver.text != other.name || !values.has("table") || !values.has("address")) continue;
+    const auto table = values.choice<ModbusTable>("table");
+    const auto address = static_cast<std::uint32_t>(values.number("address"));
+    const std::uint32_t place = static_cast<std::uint32_t>(table) << 16 | address;
+    const auto mine = used.lower_bound(place * 16);
+    if (mine == used.end() || mine->first / 16 != place) continue;
+    return core::Problem{Code::P7310,
+                         fmt::format("\"{}\" and \"{}\" of driver \"{}\" are both written to address {} of {}",
+                                     mine->second->config->variable.text, output.variable.text, other.name, address,
+                                     io::modbus_table_text(table)),
+                         "both drivers are the same unit of one bus"};
+  }
+  return std::nullopt;
+}
+
 /// What shows when the types of the variables are known, and in what other drivers say.
 std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configuration& configuration,
                                          const bytecode::Image& image) {
@@ -247,13 +278,20 @@ std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configu
                                          channel.config->variable.text, want.count),
                              "give a smaller \"registers\""};
       }
+      if (!is_bits(want.table) && want.count > driver.values.number("max_registers")) {
+        return core::Problem{
+            Code::P7305,
+            fmt::format("\"{}\" takes {} registers, and \"max_registers\" is {}", channel.config->variable.text,
+                        want.count, driver.values.number("max_registers")),
+            "a value is read and written whole"};
+      }
       if (want.first + want.count <= 65536) continue;
       return core::Problem{Code::P7305,
                            fmt::format("\"{}\" ends after the last address, 65535", channel.config->variable.text),
                            "its value takes " + std::to_string(want.count) + " registers"};
     }
   }
-  std::map<std::uint32_t, const BoundChannel*> used;  // by table, address and bit
+  Places used;
   for (const BoundChannel& output : bound.outputs) {
     const Want want = want_of(output, driver, image);
     const bool one_bit = output.config->values.has("bit");
@@ -282,7 +320,9 @@ std::optional<core::Problem> check_bound(const BoundDriver& bound, const Configu
   for (const DriverConfig& other : configuration.drivers) {
     if (other.type != driver.type || &other == &driver) continue;
     const auto its = parse_bus(other.values.text("bus"));
-    if (!bus || !its || !bus->serial || bus_name(*bus) != bus_name(*its)) continue;
+    if (!bus || !its || bus_name(*bus) != bus_name(*its)) continue;
+    if (auto problem = written_by_both(used, driver, other, configuration)) return problem;
+    if (!bus->serial) continue;
     if (modbus_rtu::parse_line(driver.values.text("line")) == modbus_rtu::parse_line(other.values.text("line")))
       continue;
     return core::Problem{

@@ -79,6 +79,7 @@ Resolver::Resolver(std::string host, std::uint16_t port) : state_(std::make_shar
 
 const std::vector<SocketAddress>& Resolver::resolve(core::TimeNs deadline_ns) {
   if (is_address_) return known_;
+  waits_ = false;
   std::unique_lock lock(state_->mutex);
   if (!state_->asks && !state_->fresh) {
     sigset_t all, before;
@@ -115,6 +116,7 @@ const std::vector<SocketAddress>& Resolver::resolve(core::TimeNs deadline_ns) {
   const core::TimeNs left =
       std::clamp<core::TimeNs>(deadline_ns - core::MonotonicClock().now_ns(), 0, 3'600'000'000'000);
   if (!state_->answered.wait_for(lock, std::chrono::nanoseconds(left), [&] { return state_->fresh; })) {
+    waits_ = true;
     reason_ = "no name server answers in time";
     return known_;
   }

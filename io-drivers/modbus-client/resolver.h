@@ -32,6 +32,10 @@ class Resolver {
   /// Asks, and waits at most until `deadline_ns`. When there is no answer, or none in time, what the last good one
   /// said; an answer that comes late is that of the next call. Empty: reason() says why.
   const std::vector<SocketAddress>& resolve(core::TimeNs deadline_ns);
+  /// What resolve() gave last.
+  [[nodiscard]] const std::vector<SocketAddress>& known() const { return known_; }
+  /// The last resolve() had no answer in time: the next one may have it.
+  [[nodiscard]] bool waits() const { return waits_; }
   /// In words of the system: "Name or service not known".
   [[nodiscard]] std::string_view reason() const { return reason_; }
 
@@ -41,6 +45,7 @@ class Resolver {
 
   std::shared_ptr<State> state_;  ///< the thread's, too
   bool is_address_ = false;       ///< nobody has to be asked
+  bool waits_ = false;
   std::vector<SocketAddress> known_;
   std::string reason_;
 };

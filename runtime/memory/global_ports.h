@@ -39,7 +39,7 @@ class GlobalInputs {
   GlobalInputs(const GlobalInputs&) = delete;
   GlobalInputs& operator=(const GlobalInputs&) = delete;
 
-  /// Sets one leaf of a claimed field in the private image; normalised. RT.
+  /// Sets one leaf of a claimed field in the private image; normalised, and the nearest value of a subrange. RT.
   void set(std::uint32_t offset, std::uint32_t type, const std::byte* value) noexcept;
   /// Lets everybody see the private image, as one snapshot. RT: wait-free.
   void publish() noexcept;

@@ -150,6 +150,18 @@ TEST_F(Stays, EndsThoughNobodyReadsItsStreams) {
   EXPECT_EQ(run.wait(), 0);
 }
 
+TEST_F(Stays, ASignalWithoutAMeaningEndsNothing) {
+  Pipe pipe;
+  Running run({project(counting()), "--modbus", "off", "--engineering", "off"}, pipe.ends[1], pipe.ends[1]);
+  ASSERT_TRUE(pipe.shows("modbus: off")) << pipe.seen;
+  run.signal(SIGUSR2);
+  run.signal(SIGUSR1);
+  EXPECT_TRUE(pipe.shows("Fast, every 5ms")) << pipe.seen;
+  run.signal(SIGTERM);
+  EXPECT_TRUE(pipe.shows(": signal SIGTERM\n")) << pipe.seen;
+  EXPECT_EQ(run.wait(), 0);
+}
+
 TEST_F(Stays, WhatASlowReaderMissedIsPrintedLater) {
   Pipe pipe;
   Running run({project(counting()), "--modbus", "off", "--engineering", "off"}, pipe.ends[1], pipe.ends[1]);

@@ -119,7 +119,20 @@ int scan(const Modbus& modbus) {
   return kExitErrors;
 }
 
+/// What does not go together, said; nothing is sent then.
+bool is_wrong(const Modbus& modbus) {
+  if (mb::is_bits(modbus.table) && modbus.raw != mb::Raw::kVariable) {
+    complain("plc modbus", fmt::format("{} have no type", io::modbus_table_text(modbus.table)), "leave out --type");
+    return true;
+  }
+  // Unit 0 of a line is every device: they carry out what is written, and none of them answers.
+  if (!mb::parse_bus(modbus.bus).value().serial || (modbus.unit >= 1 && modbus.unit <= 247)) return false;
+  complain("plc modbus", fmt::format("unit {} is none on a serial line", modbus.unit), "they go from 1 to 247");
+  return true;
+}
+
 int read(const Modbus& modbus) {
+  if (is_wrong(modbus)) return kExitUsage;
   const mb::Coding coding = coding_of(modbus);
   const std::uint32_t width = mb::is_bits(modbus.table) ? 1 : mb::registers_of(coding.raw);
   const std::uint32_t cells_wanted = modbus.count * width;
@@ -148,6 +161,7 @@ int read(const Modbus& modbus) {
 }
 
 int write(const Modbus& modbus) {
+  if (is_wrong(modbus)) return kExitUsage;
   if (!mb::is_writable(modbus.table)) {
     complain("plc modbus", fmt::format("no function of Modbus writes {}", io::modbus_table_text(modbus.table)));
     return kExitUsage;

@@ -22,6 +22,11 @@ Json value_of(std::string_view text) {
   return value.is_discarded() ? Json(text) : value;
 }
 
+std::string shown_value(const Json& value) {
+  if (value.is_boolean()) return value.get<bool>() ? "TRUE" : "FALSE";
+  return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 std::string read_fields(const Call& call, const std::vector<std::string>& words, Json& fields) {
   fields = Json::object();
   for (const std::string& word : words) {

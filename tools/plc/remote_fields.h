@@ -19,5 +19,7 @@ std::string read_fields(const engineering::Call& call, const std::vector<std::st
 std::string fields_text(const engineering::Call& call);
 /// A value of a variable: JSON where it is that, else a text.
 engineering::Json value_of(std::string_view text);
+/// The same for people: TRUE and FALSE, texts without quotes.
+std::string shown_value(const engineering::Json& value);
 
 }  // namespace plc::tools

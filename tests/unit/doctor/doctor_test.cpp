@@ -184,6 +184,8 @@ const std::vector<Plant>& plants() {
          m.configure("[modbus]\nlisten = \"off\"\n");
          listens_at_8061(m);
        }},
+      {"OnePortForBothServers", "P7960 problem",
+       [](Machine& m) { m.configure("[modbus]\nlisten = \"127.0.0.1:8061\"\n"); }},
       {"EngineeringPortNeedsARight", "P7961 problem",
        [](Machine& m) { m.configure("[modbus]\nlisten = \"off\"\n[engineering]\nlisten = \"127.0.0.1:443\"\n"); }},
       {"EngineeringAddressIsNotHere", "P7962 problem",

@@ -31,6 +31,7 @@ struct Device {
   std::vector<double> inputs{1.5, 0};
   std::vector<double> written;
   bool there = true;
+  bool readable = true;
   int failing = 0;  ///< calls that fail
   int opened = 0, closed = 0;
   std::string settings;
@@ -85,6 +86,7 @@ class Card final : public picard::Driver {
   void read(std::span<double> inputs) override {
     const std::scoped_lock lock(device.mutex);
     device.fail_or_go();
+    if (!device.readable) throw picard::Failure("nothing to read");
     std::copy_n(device.inputs.begin(), inputs.size(), inputs.begin());
   }
   void write(std::span<const double> outputs) override {
@@ -122,7 +124,7 @@ class External : public testing::Test {
     device.locked([] {
       device.inputs = {1.5, 0};
       device.written.clear();
-      device.there = true;
+      device.there = device.readable = true;
       device.failing = device.opened = device.closed = 0;
       return 0;
     });
@@ -254,6 +256,25 @@ TEST_F(External, OneErrorIsNoLossAndALostDeviceComesBack) {
   driver_->close();
 }
 
+TEST_F(External, ADeviceThatTakesWritesAloneIsLostAndEndsSafe) {
+  ASSERT_EQ(make(kRack + kChannels), "");
+  ASSERT_EQ(driver_->check(), std::nullopt);
+  ASSERT_EQ(driver_->open(), std::nullopt);
+  resource_->program(0).execute({});
+  driver_->start();
+  ASSERT_TRUE(wrote({200, 1}));
+  device.locked([] { return device.readable = false; });
+  EXPECT_TRUE(shows("Good", "0")) << "its inputs stand still";
+  EXPECT_TRUE(soon([&] { return said_.find("rack: the device is lost: nothing to read") != std::string::npos; }))
+      << said_;
+  driver_->safe_state();
+  driver_->close();
+  EXPECT_EQ(device.written, (std::vector<double>{7, 1}));
+  EXPECT_EQ(device.closed, device.opened);
+  driver_->close();
+  EXPECT_EQ(device.closed, device.opened) << "once is enough";
+}
+
 TEST_F(External, ADeviceThatIsNotThereEndsTheStartUnlessItMayWait) {
   device.there = false;
   ASSERT_EQ(make(kRack + kChannels), "");
@@ -292,6 +313,11 @@ TEST_F(External, TheGuardianDrivesSafeValuesThroughItsCopy) {
   EXPECT_TRUE(driver_->drive_safe());
   EXPECT_EQ(device.written, (std::vector<double>{7, 1}));
   EXPECT_EQ(device.opened, 2);
+  device.readable = false;
+  device.failing = 2;
+  device.written.clear();
+  EXPECT_TRUE(driver_->drive_safe()) << "inputs do not matter";
+  EXPECT_EQ(device.written, (std::vector<double>{7, 1}));
   device.there = false;
   EXPECT_FALSE(driver_->drive_safe());
 }

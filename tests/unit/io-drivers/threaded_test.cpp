@@ -3,6 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <vector>
+
 #include "runtime/memory/global_ports.h"
 #include "runtime/sched/realtime.h"
 #include "tests/unit/runtime/run_support.h"
@@ -97,6 +103,78 @@ TEST(Threaded, ASlowDeviceLeavesItsTaskAlone) {
   EXPECT_FALSE(seen.late) << "the thread went on after the safe state";
   EXPECT_TRUE(seen.closed);
   EXPECT_EQ(driver.timing(), io::Timing::kThreaded);
+}
+
+TEST(Threaded, ALongPollHoldsUpNoEnd) {
+  ImageBuilder b;
+  const std::uint32_t dint = b.type(TypeId::kDint);
+  b.global("in", dint, {}, {.input = true});
+  const Word out = b.global("out", dint);
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  main.op(Opcode::kMove32, {out, out});
+  b.task("Cyclic", 1'000'000, {main.finish()});
+  const auto resource = load(b);
+  ASSERT_NE(resource, nullptr);
+  SlowDevice::Seen seen;
+  io::ThreadedDriver driver(std::make_unique<SlowDevice>(*resource, seen), 600'000'000'000);
+  driver.start();
+  core::MonotonicClock clock;
+  const core::TimeNs patience = clock.now_ns() + 20'000'000'000;
+  while (seen.output < 0 && clock.now_ns() < patience) clock.sleep_until_ns(clock.now_ns() + 1'000'000);
+  const core::TimeNs began = clock.now_ns();
+  driver.safe_state();
+  driver.close();
+  EXPECT_LT(clock.now_ns() - began, 300'000'000'000);
+  EXPECT_TRUE(seen.safe);
+  EXPECT_TRUE(seen.closed);
+}
+
+/// Told to the end, it waits until two of its kind are.
+class MeetingDriver final : public io::Driver {
+ public:
+  struct Seen {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::vector<std::string> told;
+  };
+  MeetingDriver(Seen& seen, std::string name, io::Timing timing)
+      : seen_(seen), name_(std::move(name)), timing_(timing) {}
+  [[nodiscard]] std::string_view name() const override { return name_; }
+  [[nodiscard]] io::Timing timing() const override { return timing_; }
+  [[nodiscard]] std::uint32_t task() const override { return 0; }
+  std::optional<core::Problem> open() override { return std::nullopt; }
+  std::vector<io::Sentence> service(core::TimeNs) override { return {}; }
+  [[nodiscard]] io::DriverStatus status() const override { return {}; }
+  [[nodiscard]] std::vector<io::InputStatus> inputs(core::TimeNs) const override { return {}; }
+  bool drive_safe() noexcept override { return true; }
+  [[nodiscard]] bool has_outputs() const override { return true; }
+  void close() noexcept override {
+    std::unique_lock lock(seen_.mutex);
+    seen_.told.push_back(name_);
+    seen_.changed.notify_all();
+    const bool waits = timing_ == io::Timing::kThreaded;
+    if (waits) seen_.changed.wait_for(lock, std::chrono::seconds(60), [&] { return seen_.told.size() == 3; });
+  }
+  void before_scan(const runtime::ReleaseContext&) noexcept override {}
+  void after_scan(const runtime::ReleaseContext&) noexcept override {}
+  void safe_state() noexcept override {}
+
+ private:
+  Seen& seen_;
+  std::string name_;
+  io::Timing timing_;
+};
+
+TEST(Driver, TheEndOfOneDoesNotWaitForAnother) {
+  MeetingDriver::Seen seen;
+  MeetingDriver a(seen, "a", io::Timing::kThreaded), b(seen, "b", io::Timing::kThreaded);
+  MeetingDriver panel(seen, "panel", io::Timing::kBounded);
+  io::Driver* const all[] = {&a, &b, &panel};
+  const auto began = std::chrono::steady_clock::now();
+  io::for_all_at_once(all, [](io::Driver& driver) { driver.close(); });
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(50));
+  ASSERT_EQ(seen.told.size(), 3u);
+  EXPECT_EQ(seen.told[0], "panel") << "what cannot hang comes first";
 }
 
 }  // namespace

@@ -47,6 +47,15 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
       {kDev + "unit = 256\n", "4:8: error P7305: \"unit\" is \"256\"; it takes a whole number from 0 to 255\n"},
       {input("In0", "address = 1"), "5:1: error P7306: \"In0\" has no \"table\"\n"},
       {input("In0", "table = \"coils\""), "5:1: error P7306: \"In0\" has no \"address\"\n"},
+      {input("In0", "table = \"coil\", address = 70000"), "5:51: error P7305: \"address\" is \"70000\""},
+      {outputs("status = \"ok\"", table), "error P7307: \"status\" does not belong to output \"Out0\""},
+      {kDev + "retry = \"10s\"\nretry_max = \"1s\"\n", "5:13: error P7311: \"retry_max\" is shorter than \"retry\"\n"},
+      {kDev + "retry = \"1min\"\n", ""},
+      {input("Flag", table + ", bit = 3, scale = 2"), "\"bit\" is of one register, without \"scale\" and \"offset\"\n"},
+      {input("Flag", table + ", bit = 3, type = \"DINT\""), "\"bit\" is of one register"},
+      {input("Flag", table + ", bit = 3, type = \"UINT\""), ""},
+      {kDev + "max_registers = 1\n[inputs]\nReal = { driver = \"dev\", " + table + " }\n",
+       "P7305 \"Real\" takes 2 registers, and \"max_registers\" is 1\n"},
       {input("In0", "status = \"ok\", address = 1"),
        "5:50: error P7311: \"address\" does not go with \"status\": it is not in the device\n"},
       {outputs("table = \"input-registers\", address = 1", table),
@@ -78,6 +87,15 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
        "\"/dev/ttyS0\"\nline "
        "= \"9600 8N1\"\n",
        "P7311 drivers \"a\" and \"b\" set the line /dev/ttyS0 differently: \"19200 8E1\" and \"9600 8N1\"\n"},
+      {"[drivers.a]\nkind = \"modbus\"\nbus = \"10.0.0.5\"\n[drivers.b]\nkind = \"modbus\"\nbus = \"10.0.0.5:502\"\n"
+       "[outputs]\nOut0 = { driver = \"a\", " +
+           table + " }\nOut1 = { driver = \"b\", " + table + " }\n",
+       "P7310 \"Out1\" and \"Out0\" of driver \"a\" are both written to address 1 of holding-registers\n"},
+      {"[drivers.a]\nkind = \"modbus\"\nbus = \"10.0.0.5\"\n[drivers.b]\nkind = \"modbus\"\nbus = \"10.0.0.5\"\nunit = "
+       "2\n"
+       "[outputs]\nOut0 = { driver = \"a\", " +
+           table + " }\nOut1 = { driver = \"b\", " + table + " }\n",
+       ""},
       {"[drivers.a]\nkind = \"modbus\"\nbus = \"/dev/ttyS0\"\n[modbus.serial]\npath = \"/dev/ttyS0\"\n",
        "P7311 driver \"a\" asks devices on the line /dev/ttyS0, and [modbus.serial] answers there\n"},
   };
@@ -86,6 +104,14 @@ TEST(Configuration, MistakesAreReportedAtTheirPlaces) {
     EXPECT_EQ(found.empty(), problem.empty()) << text << found;
     EXPECT_NE(found.find(problem), std::string::npos) << text << found;
   }
+}
+
+TEST(Configuration, AWrongValueIsNoMissingKey) {
+  for (const char* const rest : {"table = \"coil\", address = 70000", "status = \"age?\""}) {
+    const std::string found = problems(input("In0", rest));
+    EXPECT_EQ(found.find("P7306"), std::string::npos) << found;
+  }
+  EXPECT_EQ(problems(outputs("status = \"ok\"", "table = \"coils\", address = 1")).find("P7306"), std::string::npos);
 }
 
 TEST(Configuration, TheDoctorLooksForTheWayToADevice) {

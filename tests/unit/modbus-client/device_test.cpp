@@ -123,6 +123,52 @@ TEST(Device, AnExceptionConcernsItsBlockAlone) {
   EXPECT_EQ(rig.said(), "dev: 10.0.0.5:502, unit 7: holding register 500 can be read again\n");
 }
 
+TEST(Device, ARequestThatAloneHasNoAnswerIsToldAndWaits) {
+  Rig rig(dev("[inputs]\n" + in("In0", kHolding, 0) + in("In1", kHolding, 500, ", substitute = -1") + kStatus));
+  rig.link.registers = {{0, 1}, {500, 2}};
+  rig.run(10 * kMs);
+  EXPECT_EQ(rig.value("In1"), "2");
+  rig.link.silent = 500;
+  rig.run(10 * kSecond);
+  EXPECT_EQ(rig.value("Ok") + rig.value("Error") + rig.value("In1"), "01002-1");
+  EXPECT_EQ(rig.said(), "dev: 10.0.0.5:502, unit 7: holding register 500 cannot be read: it does not answer in time\n");
+  EXPECT_TRUE(rig.device->status().connected) << "others are answered";
+  EXPECT_EQ(rig.device->status().losses, 0u);
+  rig.link.registers[0] = 33;
+  rig.link.requests.clear();
+  rig.run(20 * kSecond);
+  EXPECT_EQ(rig.value("In0"), "33");
+  EXPECT_GT(rig.link.requests.size(), 100u) << "the bus does not wait for it all the time";
+  rig.link.silent.reset();
+  rig.run(60 * kSecond);
+  EXPECT_EQ(rig.value("Ok") + rig.value("In1"), "12");
+  EXPECT_EQ(rig.said(), "dev: 10.0.0.5:502, unit 7: holding register 500 can be read again\n");
+}
+
+TEST(Device, ALostDeviceIsAskedForSomethingElseNextTime) {
+  Rig rig(dev("[inputs]\n" + in("In0", kHolding, 0) + in("In1", kHolding, 500) + kStatus, "retry_max = \"1s\"\n"));
+  rig.link.registers = {{500, 2}};
+  rig.link.always = Error::kNoAnswer;
+  rig.run(20 * kSecond);
+  EXPECT_FALSE(rig.device->status().connected);
+  rig.link.always = Error::kNone;
+  rig.link.silent = 0;
+  rig.run(20 * kSecond);
+  EXPECT_TRUE(rig.device->status().connected);
+  EXPECT_EQ(rig.value("In1"), "2");
+}
+
+TEST(Device, OneThatIsLostByARareRequestIsFoundByOthersAtOnce) {
+  Rig rig(dev("[inputs]\n" + in("In0", kHolding, 0) + in("In1", kHolding, 500, ", poll = \"1h\"") + kStatus));
+  rig.link.registers = {{0, 1}, {500, 2}};
+  rig.run(kSecond);
+  rig.link.silent = 0;
+  rig.run(3 * kSecond);
+  EXPECT_EQ(rig.device->status().losses, 1u);
+  EXPECT_EQ(rig.device->status().recoveries, 1u);
+  EXPECT_NE(rig.said().find("holding register 0 cannot be read: it does not answer in time\n"), std::string::npos);
+}
+
 TEST(Device, HolesInTheDeviceSplitARequestForGood) {
   Rig rig(dev("[inputs]\n" + in("In0", kHolding, 0) + in("In1", kHolding, 1) + in("In2", kHolding, 5) + kStatus));
   rig.link.registers = {{0, 1}, {1, 2}, {5, 3}};
@@ -210,6 +256,14 @@ TEST(Device, AStoppedTaskLeavesItsOutputsSafe) {
   EXPECT_EQ(rig.link.registers[10], 9);
   rig.link.always = Error::kNoAnswer;
   EXPECT_FALSE(rig.device->write_safe(rig.link));
+}
+
+TEST(Device, SafeValuesDoNotWaitForARequestThatHasNoAnswer) {
+  Rig rig(dev("[outputs]\n" + in("Out0", kHolding, 10, ", safe = 9") + in("Out1", kHolding, 500, ", safe = 8")));
+  rig.link.silent = 10;
+  EXPECT_FALSE(rig.device->write_safe(rig.link));
+  EXPECT_EQ(rig.link.registers[500], 8);
+  EXPECT_EQ(rig.link.requests.size(), 4u) << "that one is asked three times";
 }
 
 TEST(Device, ManyChangesFillNoLog) {

@@ -143,5 +143,24 @@ TEST(Driver, ASilentDeviceHoldsNoTask) {
   EXPECT_TRUE(comes_true([&] { return running.value("Error") == "1002"; }));
 }
 
+TEST(Driver, SilentDevicesHoldUpNeitherTheEndNorOthers) {
+  Registers registers;
+  registers.set(1, 20, 55);
+  TcpPeer good([&](const Bytes& request) { return registers.react(request); });
+  TcpPeer silent([](const Bytes&) { return Reaction{}; });
+  const std::string wait = "timeout = \"60s\"\nkind = \"modbus\"\n";
+  Running running("[drivers.a]\n" + wait + "unit = 1\nbus = \"" + silent.bus() + "\"\n[drivers.b]\n" + wait +
+                  "unit = 2\nbus = \"" + silent.bus() + "\"\n[drivers.c]\n" + wait + "bus = \"" + good.bus() +
+                  "\"\n[outputs]\nOut0 = { driver = \"a\", table = \"holding-registers\", address = 1 }\n"
+                  "Out1 = { driver = \"c\", table = \"holding-registers\", address = 20, safe = 99 }\n"
+                  "[inputs]\nIn0 = { driver = \"b\", table = \"holding-registers\", address = 1 }\n");
+  EXPECT_TRUE(comes_true([&] { return silent.requests() > 0 && registers.get(1, 20) != 55; }));
+  const auto began = std::chrono::steady_clock::now();
+  running.stop();
+  // Three seconds; the guardian would kill it after five.
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(20));
+  EXPECT_EQ(registers.get(1, 20), 99);
+}
+
 }  // namespace
 }  // namespace plc::test

@@ -65,6 +65,7 @@ class FakeLink final : public modbus_client::Link {
       error = next.front();
       next.pop_front();
     }
+    if (silent == static_cast<std::uint16_t>(pdu[1] << 8 | pdu[2])) error = Error::kNoAnswer;
     // A silent device takes all the time there is.
     clock.sleep_until_ns(clock.now_ns() + (error == Error::kNoAnswer ? timeout_ns : 1'000'000));
     const auto first = static_cast<std::uint16_t>(pdu[1] << 8 | pdu[2]);
@@ -122,8 +123,9 @@ class FakeLink final : public modbus_client::Link {
 
   core::VirtualClock clock;
   std::map<std::uint16_t, std::uint16_t> registers, coils, holes;
-  std::deque<Error> next;       ///< for the next exchanges
-  Error always = Error::kNone;  ///< for those after them
+  std::deque<Error> next;               ///< for the next exchanges
+  Error always = Error::kNone;          ///< for those after them
+  std::optional<std::uint16_t> silent;  ///< requests from this address on have no answer
   std::vector<Bytes> requests;
 };
 

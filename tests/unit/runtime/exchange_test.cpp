@@ -156,6 +156,31 @@ TEST(Exchange, ConstantsAndDriverInputsAreRefused) {
   task.end();
 }
 
+TEST(Exchange, AnInputOutsideOfItsSubrangeIsTheNearestValue) {
+  Tables t;
+  const std::uint32_t percent = t.b.limited(TypeId::kInt, 0, 100);
+  const std::uint32_t large = t.b.limited(TypeId::kUlint, 0, 10);
+  const std::uint32_t p = t.global("p", percent, {.input = true});
+  const std::uint32_t l = t.global("l", large, {.input = true});
+  GlobalTable& globals = t.build(1);
+  const std::uint32_t fields[] = {0, 1};
+  GlobalInputs inputs(globals, fields);
+  const auto set = [&](std::int16_t number, std::uint64_t ulint) {
+    inputs.set(p, percent, reinterpret_cast<const std::byte*>(&number));
+    inputs.set(l, large, reinterpret_cast<const std::byte*>(&ulint));
+    inputs.publish();
+  };
+  set(500, ~std::uint64_t{0});
+  EXPECT_EQ(t.read<std::int16_t>(p), 100);
+  EXPECT_EQ(t.read<std::uint64_t>(l), 10u);
+  set(-7, 0);
+  EXPECT_EQ(t.read<std::int16_t>(p), 0);
+  EXPECT_EQ(t.read<std::uint64_t>(l), 0u);
+  set(42, 7);
+  EXPECT_EQ(t.read<std::int16_t>(p), 42);
+  EXPECT_EQ(t.read<std::uint64_t>(l), 7u);
+}
+
 TEST(Exchange, AFullJournalIsBusyAndRecovers) {
   Tables t;
   const std::uint32_t lint = t.b.type(TypeId::kLint);
