@@ -78,6 +78,7 @@ enum class Form : std::uint8_t {
 enum class Thread : std::uint8_t {
   kIo,       ///< that of all connections: nothing that waits
   kFiles,    ///< reads and writes files
+  kUpload,   ///< has an image looked at, which takes up to a minute
   kSecrets,  ///< computes with passwords, which takes long
   kPast,     ///< executes recorded scans again, which takes long
 };

@@ -22,7 +22,7 @@ std::string utc_text(core::TimeNs utc_ns) {
 
 constexpr Field kForceFields[] = {
     text("path", "The variable, as it was forced"),
-    text("value", "The value, as plc sim writes it"),
+    text("value", "The value as people write it: TRUE, Filling, T#1s500ms"),
     text("owner", "Who forces it"),
     text("reason", "Why"),
     text("since", "UTC"),
@@ -78,9 +78,7 @@ void set(Context& context, const Caller& caller, const Json& request, Answer& an
   runtime::Force force;
   force.path = request["path"].get<std::string>();
   const Json& value = request["value"];
-  force.value = value.is_string()    ? value.get<std::string>()
-                : value.is_boolean() ? (value.get<bool>() ? "1" : "0")
-                                     : value.dump();
+  force.value = value.is_string() ? value.get<std::string>() : value.dump();
   force.owner = caller.user;
   force.reason = request["reason"].get<std::string>();
   force.since_ns = context.calendar.utc_ns();
@@ -117,9 +115,9 @@ constexpr Field kReleaseAnswer[] = {integer("released", "How many")};
 void release(Context& context, const Caller& caller, const Json& request, Answer& answer) {
   std::size_t released = 0;
   if (request.contains("path")) {
-    released = context.forces.release(request["path"].get<std::string>()) ? 1 : 0;
+    released = context.forces.release(request["path"].get<std::string>(), caller.user) ? 1 : 0;
   } else {
-    released = context.forces.release_all();
+    released = context.forces.release_all({}, caller.user);
   }
   if (released != 0) context.audit.add(caller.user, caller.address, "forces.release", request);
   if (const std::string why = keep(context); !why.empty()) {

@@ -143,7 +143,13 @@ void scans(Context& context, const Caller&, const Json& request, Answer& answer)
   bool whole = begin_ns && *begin_ns <= from_ns;
   player.seek(from_ns - 1);
   std::string cell;
+  // WHY: another program, or the end, waits for this thread.
+  const auto is_given_up = [&context] { return context.program != nullptr && context.program->ending; };
   while (player.next_ns().value_or(to_ns + 1) <= to_ns) {
+    if (is_given_up()) {
+      whole = false;
+      break;
+    }
     const auto played = player.step();
     if (played->task != task) continue;
     if (rows.size() == kMostScans) {

@@ -161,10 +161,14 @@ constexpr Field kSessionAnswer[] = {
     kWhoFields[0],
     kWhoFields[1],
     integer("session", "Number of the session; 0: a token"),
+    text("image", "SHA-256 of the image that runs: another one has other variables, drawings and pages"),
 };
 
-void session(Context&, const Caller& caller, const Json&, Answer& answer) {
-  answer.body() = {{"user", caller.user}, {"role", right_text(caller.role)}, {"session", caller.session}};
+void session(Context& context, const Caller& caller, const Json&, Answer& answer) {
+  answer.body() = {{"user", caller.user},
+                   {"role", right_text(caller.role)},
+                   {"session", caller.session},
+                   {"image", context.identity.image_hash}};
 }
 
 constexpr Field kPasswordRequest[] = {

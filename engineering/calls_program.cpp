@@ -85,9 +85,9 @@ void project(Context& context, const Caller& caller, const Json&, Answer& answer
   std::error_code error;
   std::string bytes;
   if (fs::is_directory(path, error)) {
-    // The state folder may lie in it, with the users and the key of the certificate.
+    // The state folder may lie in it, or be it, with the users; and the key of the certificate.
     const std::string state = context.folder.empty() ? std::string() : fs::path(context.folder).parent_path().string();
-    auto archive = tar_of(path, kMostBytes, state);
+    auto archive = tar_of(path, kMostBytes, {state, context.folder, context.key});
     if (!archive) return answer.refuse(archive.error());
     bytes = std::move(*archive);
   } else {

@@ -42,15 +42,11 @@ void upload(Context& context, const Caller& caller, const Json& request, Answer&
   const auto& bytes = request["image"].get_ref<const std::string&>();
   const std::string signature = request.value("signature", "");
   std::string signer;
-  const auto refuse = [&](Code code, std::string text, std::string field, std::string help) {
-    context.audit.add(caller.user, caller.address, "program.refused", {{"image", sha256(bytes)}, {"why", text}});
-    answer.refuse(409, code, std::move(text), std::move(field), std::move(help));
-  };
   if (control.wants_signature) {
     const PublicKey* const key = signer_of(control.keys, bytes, signature);
     if (key == nullptr) {
-      return refuse(
-          Code::P7751,
+      return answer.refuse(
+          409, Code::P7751,
           signature.empty() ? "the image is not signed" : "none of the keys of this plant has signed the image",
           "signature",
           "plc sign IMAGE --key NAME.key; keys under [engineering] in plc.toml say whose images are taken");
@@ -66,9 +62,7 @@ void upload(Context& context, const Caller& caller, const Json& request, Answer&
   });
   if (!stored) {
     if (control.ending) return ends();
-    if (stored.error().code == Code::P7750)
-      return refuse(Code::P7750, stored.error().message, "image", stored.error().help);
-    return answer.refuse(stored.error());
+    return answer.refuse(stored.error(), stored.error().code == Code::P7750 ? "image" : "");
   }
   context.audit.add(caller.user, caller.address, "program.upload", {{"image", stored->image}, {"signer", signer}});
   answer.body() = {{"program", program_json(*stored)}, {"signer", signer}};
@@ -139,9 +133,9 @@ void start(Context& context, const Caller& caller, const Json& request, Answer& 
     const std::vector<std::byte> running = bytecode::save(context.variables.image());
     StoredProgram now = control->running;
     if (now.image.empty()) now.image = context.identity.image_hash;
-    if (const auto problem =
-            store->try_next(kind, std::move(now), {reinterpret_cast<const char*>(running.data()), running.size()},
-                            fingerprint_of(control->given_path))) {
+    if (const auto problem = store->try_next(image, kind, std::move(now),
+                                             {reinterpret_cast<const char*>(running.data()), running.size()},
+                                             fingerprint_of(control->given_path))) {
       return answer.refuse(*problem);
     }
   }
@@ -174,7 +168,7 @@ constexpr Call kCalls[] = {
      .response = kUploadAnswer,
      .example = R"({"image": "program.image"})",
      .run = upload,
-     .thread = Thread::kFiles},
+     .thread = Thread::kUpload},
     {.name = "program.store_project",
      .method = Method::kPost,
      .path = "/api/program/store-project",

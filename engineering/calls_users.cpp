@@ -142,6 +142,12 @@ void revoke(Context& context, const Caller& caller, const Json& request, Answer&
   if (!core::iequals(user, caller.user) && caller.role != Right::kAdmin) {
     return answer.refuse(403, Code::P7711, "tokens of others are for admin", "user");
   }
+  const auto exceeds = [&](const Token& token) {
+    return core::iequals(token.user, user) && core::iequals(token.name, name) && token.role > caller.role;
+  };
+  const auto all = context.users.tokens();
+  if (caller.session == 0 && std::any_of(all.begin(), all.end(), exceeds))
+    return answer.refuse(403, Code::P7711, "a token ends none that may do more than it", "name");
   if (const auto problem = context.users.remove_token(user, name)) return answer.refuse(*problem, "name");
   context.audit.add(caller.user, caller.address, "tokens.revoke", {{"name", name}, {"user", user}});
 }
@@ -180,8 +186,8 @@ constexpr Field kAuditRecordFields[] = {
     text("time", "UTC"),
     text("user", "Who; empty: nobody was logged in"),
     text("address", "From where"),
-    text("what", "Name of the call, or what happened: login.refused, audit.broken"),
-    optional(value("details", "What was asked for")),
+    text("what", "Name of the call, or what happened: login.refused, program.start.failed, audit.broken"),
+    optional(value("details", "What was asked for, and why it failed")),
     optional(integer("lost", "Records that were lost before")),
     text("after", "Hash of the record before"),
 };

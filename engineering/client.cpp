@@ -14,6 +14,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -54,6 +55,27 @@ std::string query_of(const Json& fields) {
   return query;
 }
 
+/// WHY: OpenSSL writes without MSG_NOSIGNAL, and whoever ends the connection would end this process.
+class NoPipeSignal {
+ public:
+  NoPipeSignal() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    ::pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~NoPipeSignal() {
+    constexpr timespec kNow{};
+    while (sigismember(&before_, SIGPIPE) == 0 && ::sigtimedwait(&pipe_, nullptr, &kNow) == SIGPIPE) {
+    }
+    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+
+ private:
+  sigset_t pipe_{}, before_{};
+};
+
 /// A connection, with TLS or without.
 class Link {
  public:
@@ -92,6 +114,7 @@ class Link {
   }
 
   std::optional<Problem> encrypt(const ServerUrl& url, const std::string& fingerprint) {
+    const NoPipeSignal none;
     context_ = SSL_CTX_new(TLS_client_method());
     SSL_CTX_set_min_proto_version(context_, TLS1_2_VERSION);
     SSL_CTX_set_default_verify_paths(context_);
@@ -119,7 +142,9 @@ class Link {
                    "its fingerprint is " + has + ": compare it with what plc-run printed, and say --fingerprint"};
   }
 
+  /// False: the other side does not take all of it. It may have said why.
   bool write(std::string_view bytes) {
+    const NoPipeSignal none;
     while (!bytes.empty()) {
       const ssize_t sent =
           ssl_ != nullptr ? SSL_write(ssl_, bytes.data(), static_cast<int>(std::min<std::size_t>(bytes.size(), 65536)))
@@ -224,8 +249,8 @@ core::Result<Reply> Client::send(const Call& call, const Json& fields) {
     request += fmt::format("Content-Type: application/{}\r\nContent-Length: {}\r\n",
                            file != nullptr ? "octet-stream" : "json", body.size());
   }
-  const bool sent = link.write(request + "\r\n" + body);
-  const std::string got = sent ? link.read() : std::string();
+  link.write(request + "\r\n" + body);
+  const std::string got = link.read();
   const std::size_t end = got.find("\r\n\r\n");
   Reply reply;
   if (end == std::string::npos || !got.starts_with("HTTP/1.1 ") ||

@@ -55,6 +55,8 @@ class ClientOwner {
   virtual Dispatcher& dispatcher() = 0;
   /// Runs a ready call on its thread; `done` is called on that of the connections. False when too much waits.
   virtual bool run(std::shared_ptr<ReadyCall> ready, std::function<void(HttpResponse)> done) = 0;
+  /// The same for what a stream prepares, on the thread for files.
+  virtual bool prepare(std::function<void()> work, std::function<void()> done) = 0;
   virtual void used(Client& client) = 0;
   virtual void closed(Client& client, bool dropped) = 0;
   virtual void counted_frame() = 0;
@@ -175,11 +177,20 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     takes_file_ = most > kMostBodyBytes;
     // WHY before its body: a file takes long, and who may send one does not give way meanwhile.
     if (takes_file_) this->has_logged_in = true;
-    if (parser_->content_length().value_or(0) > most) return give_up(http::error::body_limit);
+    if (parser_->content_length().value_or(0) > most) return refuse_large();
     parser_->body_limit(most);
     parser_->eager(true);
     if (takes_file_ && parser_->get()[http::field::expect] == "100-continue") return ask_for_body();
     read_body();
+  }
+
+  /// Who may not make the call is told that, not how large it may be.
+  void refuse_large() {
+    ReadyCall ready = owner_.dispatcher().check(request_of(parser_->get(), peer));
+    const bool may_not = ready.call == nullptr && (ready.response.status == 401 || ready.response.status == 403);
+    if (!may_not) return give_up(http::error::body_limit);
+    keep_alive_ = false;
+    send(std::move(ready.response));
   }
 
   void ask_for_body() {
@@ -229,9 +240,16 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   void send(HttpResponse given) {
     if (closed_) return;
     response_ = message_of(std::move(given), keep_alive_);
+    serializer_.emplace(response_);
+    write_some();
+  }
+
+  /// A file takes as long as the line needs, if something of it goes again and again.
+  void write_some() {
     lowest().expires_after(owner_.request_timeout());
-    http::async_write(*socket_, response_, [self = this->shared_from_this()](error_code error, std::size_t) {
+    http::async_write_some(*socket_, *serializer_, [self = this->shared_from_this()](error_code error, std::size_t) {
       if (error) return self->end(error == beast::error::timeout);
+      if (!self->serializer_->is_done()) return self->write_some();
       if (self->keep_alive_) return self->wait_for_request();
       self->finish();
     });
@@ -297,7 +315,19 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     owner_.used(*this);
     if (++messages_ > kMessagesPerSecond || answers_.size() >= kMostAnswers || !web_->got_text())
       return refuse_stream();
-    std::string answer = stream_->take(beast::buffers_to_string(buffer_.data()));
+    std::string text = beast::buffers_to_string(buffer_.data());
+    auto work = stream_->prepare(text);
+    if (!work) return answer_to(text);
+    // What comes meanwhile waits in the socket.
+    if (!owner_.prepare(std::move(work), [self = this->shared_from_this(), text = std::move(text)] {
+          self->guarded([&] { self->answer_to(text); });
+        }))
+      refuse_stream();
+  }
+
+  void answer_to(std::string_view text) {
+    if (closed_ || closing_) return;
+    std::string answer = stream_->take(text);
     if (!answer.empty()) answers_.push_back({false, std::move(answer)});
     pump();
     read_message();
@@ -353,6 +383,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   beast::flat_buffer buffer_{kMostHeaderBytes + kMostBodyBytes};
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> response_;
+  std::optional<http::response_serializer<http::string_body>> serializer_;  ///< of response_
   std::shared_ptr<ReadyCall> ready_;
   std::unique_ptr<Stream> stream_;
   std::deque<Frame> answers_;

@@ -109,6 +109,7 @@ struct Context {
   historian::Historian* historian = nullptr;  ///< kFiles; null when nothing is kept
   const DeviceBook* devices = nullptr;        ///< any; null without
   KeptForces* kept_forces = nullptr;          ///< kFiles; null without a folder
+  std::string key = {};                       ///< any; file of the certificate's key, where one was given
 
   /// Whether a request came after its field until_ms, where it has one: by a line that stood still.
   [[nodiscard]] bool is_late(const Json& request) const;

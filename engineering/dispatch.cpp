@@ -48,6 +48,24 @@ std::string_view cookie_in(std::string_view header, std::string_view name) {
   return {};
 }
 
+/// What was asked for, for the audit: no secrets, of a file its hash, nothing that is long.
+Json audited_fields(const Call& call, const Json& request) {
+  constexpr std::size_t kLongest = 1000;
+  Json details = Json::object();
+  for (const Field& field : call.request) {
+    const std::string name(field.name);
+    const auto value = request.find(name);
+    if (value == request.end() || name == "password") continue;
+    if (field.type == FieldType::kFile) {
+      details[name] = sha256(value->get_ref<const std::string&>());
+    } else if (value->is_primitive() &&
+               (!value->is_string() || value->get_ref<const std::string&>().size() <= kLongest)) {
+      details[name] = *value;
+    }
+  }
+  return details;
+}
+
 const char* method_text(Method method) { return method == Method::kGet ? "GET" : "POST"; }
 
 }  // namespace
@@ -227,7 +245,7 @@ ReadyCall Dispatcher::check(HttpRequest request) {
                      Code::P7714,
                      "the body is not JSON",
                      {},
-                     "one object in UTF-8, nested at most 32 deep, no name twice",
+                     "one object in UTF-8, nested at most 32 deep, no name twice, at most 4000 in one object",
                      0});
   }
   if (auto found = wrong_fields(*fields, call->request)) return refuse(std::move(*found));
@@ -241,14 +259,29 @@ HttpResponse Dispatcher::run(ReadyCall& ready) const {
   try {
     return response_to(ready);
   } catch (const std::exception& failed) {
-    return refusal(500, Code::P9001, std::string(ready.call->name) + " failed: " + failed.what());
+    Refusal refusal{500, Code::P9001, std::string(ready.call->name) + " failed: " + failed.what(), {}, {}, 0};
+    audit_failure(ready, refusal);
+    return response_of(refusal);
   }
+}
+
+/// Of who changes what runs, or who may do what: also what came of a call that did not do it.
+void Dispatcher::audit_failure(const ReadyCall& ready, const Refusal& refusal) const {
+  const Call& call = *ready.call;
+  if (call.method != Method::kPost || call.right < Right::kEngineer) return;
+  Json details = audited_fields(call, *ready.request);
+  details["code"] = core::info(refusal.code).name;
+  details["why"] = refusal.text;
+  context_.audit.add(ready.caller.user, ready.caller.address, std::string(call.name) + ".failed", details);
 }
 
 HttpResponse Dispatcher::response_to(ReadyCall& ready) const {
   Answer answer;
   ready.call->run(context_, ready.caller, *ready.request, answer);
-  if (answer.refused()) return response_of(answer.refusal());
+  if (answer.refused()) {
+    audit_failure(ready, answer.refusal());
+    return response_of(answer.refusal());
+  }
   HttpResponse response;
   if (ready.call->form == Form::kFile) {
     response.content_type = "application/octet-stream";

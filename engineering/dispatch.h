@@ -88,6 +88,7 @@ class Dispatcher {
  private:
   /// Throws what the call throws, and when there is no memory.
   HttpResponse response_to(ReadyCall& ready) const;
+  void audit_failure(const ReadyCall& ready, const Refusal& refusal) const;
   [[nodiscard]] Caller caller_of(const HttpRequest& request, bool& by_cookie) const;
   bool is_too_often(const std::string& address);
 

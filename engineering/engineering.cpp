@@ -136,7 +136,8 @@ struct Engineering::State {
   std::unique_ptr<Dispatcher> dispatcher;
   std::unique_ptr<Server> server;
   bool listening = false;
-  std::string refusal;  ///< why not, as it was said
+  std::string refusal;                                              ///< why not, as it was said
+  std::optional<std::pair<std::string, FailedStart>> failed_start;  ///< for the audit: who has asked for it
   core::TimeNs next_ns = 0, past_ns = 0, pages_ns = 0;
   Chore auditing, keeping;
 };
@@ -169,6 +170,10 @@ void Engineering::State::open(std::vector<Said>& said) {
     std::string broken;
     audit = std::make_unique<Audit>(options.folder, calendar, broken);
     if (!broken.empty()) said.push_back({core::Severity::kError, "engineering: " + broken});
+  }
+  if (const auto start = std::exchange(failed_start, std::nullopt)) {
+    const auto& [by, failed] = *start;
+    audit->add(by, {}, "program.start.failed", Json{{"image", failed.program.image}, {"why", failed.why}});
   }
   std::optional<Certificate> certificate;
   if (options.always_tls || !is_loopback(options.address)) {
@@ -214,7 +219,8 @@ void Engineering::State::open(std::vector<Said>& said) {
                                               alarm_store,
                                               historian,
                                               &devices,
-                                              options.folder.empty() ? nullptr : &kept_forces});
+                                              options.folder.empty() ? nullptr : &kept_forces,
+                                              options.key});
   dispatcher = std::make_unique<Dispatcher>(*context, hosts, certificate.has_value(), options.pages);
   ServerOptions wanted;
   wanted.address = options.address;
@@ -308,6 +314,10 @@ void Engineering::set_program(ProgramControl* control) {
   if (control->running.image.empty()) control->running.image = state_->identity.image_hash;
 }
 
+void Engineering::note_failed_start(std::string by, FailedStart failed) {
+  state_->failed_start.emplace(std::move(by), std::move(failed));
+}
+
 void Engineering::take_over(std::string_view text) {
   std::uint16_t port = 0;
   engineering::take_over(text, state_->sessions, port);
@@ -342,8 +352,11 @@ std::vector<Said> Engineering::force_again(bool warm, bool trial) {
     for (std::string& one : engineering::force_again(state_->options.folder, state_->calendar.utc_ns(),
                                                      state_->clock.now_ns(), state_->forces))
       said.push_back({core::Severity::kWarning, "engineering: " + std::move(one)});
-  } else if (const std::string why = state_->kept_forces.store(); !why.empty()) {
-    said.push_back({core::Severity::kWarning, "engineering: " + why});
+  } else {
+    for (std::string& one : ended_by_start(state_->options.folder))
+      said.push_back({core::Severity::kWarning, "engineering: " + std::move(one)});
+    if (const std::string why = state_->kept_forces.store(); !why.empty())
+      said.push_back({core::Severity::kWarning, "engineering: " + why});
   }
   return said;
 }

@@ -56,6 +56,9 @@ class Engineering {
   /// What takes wishes about the program; before start(). It must outlive the server. Completed with the image that
   /// runs.
   void set_program(ProgramControl* control);
+  /// The start before was to try a program, and failed: a record of the audit. `by`: who has asked for it. Before
+  /// start().
+  void note_failed_start(std::string by, FailedStart failed);
   /// What handover() of the server before gave; before start().
   void take_over(std::string_view text);
   /// For the server that follows. Any time; after stop() nobody logs in or out any more.

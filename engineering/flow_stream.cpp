@@ -34,36 +34,53 @@ std::string refusal_text(core::Code code, const std::string& text, const std::st
 FlowStream::FlowStream(Context& context, core::TimeNs period_ns)
     : context_(context), period_ns_(period_ns), viewer_(context.drawn->live) {}
 
-std::string FlowStream::take(std::string_view text) {
-  const auto request = parse_json(text);
-  if (!request) return refusal_text(core::Code::P7714, "the message is not JSON");
+FlowStream::Asked FlowStream::find(Context& context, std::string_view text) {
+  const auto refused = [](core::Code code, const std::string& why, const std::string& help = {}) {
+    return Asked{refusal_text(code, why, help), {}, {}, {}};
+  };
+  auto request = parse_json(text);
+  if (!request) return refused(core::Code::P7714, "the message is not JSON");
   if (const auto wrong = wrong_fields(*request, kLook))
-    return refusal_text(wrong->code, wrong->field + ": " + wrong->text, wrong->help);
-  if (!context_.drawn->live.on()) return refusal_text(core::Code::P7720, "nothing is recorded", kRecordingIsOff);
-  Diagrams& diagrams = context_.drawn->diagrams;
-  const auto opened = diagrams.open((*request)["pou"].get<std::string>());
-  if (!opened) return refusal_text(core::Code::P7101, "there is no drawing of this POU");
-  const auto instance =
+    return refused(wrong->code, wrong->field + ": " + wrong->text, wrong->help);
+  if (!context.drawn->live.on()) return refused(core::Code::P7720, "nothing is recorded", kRecordingIsOff);
+  Diagrams& diagrams = context.drawn->diagrams;
+  auto opened = diagrams.open((*request)["pou"].get<std::string>());
+  if (!opened) return refused(core::Code::P7101, "there is no drawing of this POU");
+  auto instance =
       diagrams.instance(*opened->pou, request->value("instance", std::string()), request->value("task", std::string()));
-  if (!instance) return refusal_text(core::Code::P7101, "no task executes this instance");
-  const auto all = diagrams.points(*opened->pou);
-  opened_ = opened;
+  if (!instance) return refused(core::Code::P7101, "no task executes this instance");
+  return {{}, (*request)["points"].get<std::vector<std::uint64_t>>(), std::move(opened), std::move(*instance)};
+}
+
+// WHY: to lay out a drawing of 100,000 elements takes 0.4 s, and other clients would wait for it.
+std::function<void()> FlowStream::prepare(std::string_view text) {
+  asked_ = std::make_shared<Asked>();
+  asked_->refusal = refusal_text(core::Code::P7717, "there is no memory to look at it");  // until it was
+  return [&context = context_, asked = asked_, text = std::string(text)] { *asked = find(context, text); };
+}
+
+std::string FlowStream::take(std::string_view text) {
+  const auto prepared = std::exchange(asked_, nullptr);
+  Asked asked = prepared ? std::move(*prepared) : find(context_, text);
+  if (!asked.refusal.empty()) return asked.refusal;
+  Diagrams& diagrams = context_.drawn->diagrams;
+  opened_ = std::move(asked.opened);
+  const auto all = diagrams.points(*opened_->pou);
   points_.clear();
   std::vector<bytecode::DrawnKey> keys;
-  for (const Json& number : (*request)["points"]) {
-    const auto row = number.get<std::uint64_t>();
+  for (const std::uint64_t row : asked.points) {
     if (row >= all.size()) continue;
     keys.push_back(all[row].key);
     points_.push_back({static_cast<std::uint32_t>(row),
-                       shadow::place_in(diagrams.resource(), instance->at.path, opened->names[row]),
+                       shadow::place_in(diagrams.resource(), asked.instance.at.path, opened_->names[row]),
                        {}});
   }
-  viewer_.look(*instance, std::move(keys));
+  viewer_.look(asked.instance, std::move(keys));
   ++number_;
   return dump({{"subscription", number_},
-               {"pou", opened->pou->name},
-               {"instance", instance->at.path},
-               {"task", diagrams.resource().image().tasks[instance->task].name}});
+               {"pou", opened_->pou->name},
+               {"instance", asked.instance.at.path},
+               {"task", diagrams.resource().image().tasks[asked.instance.task].name}});
 }
 
 std::optional<Frame> FlowStream::next() {

@@ -2,11 +2,13 @@
 //
 // In: {"pou", "instance", "task", "points"} of the client. Out: texts, JSON: an answer, then frames
 //   {"subscription": n, "scan": n, "utc_ms": n, "points": [FlowPoint]}
-// of which the first after a change has all points, others those that have changed. Threads: that of the connections.
-// Does not belong here: sockets.
+// of which the first after a change has all points, others those that have changed. Threads: that of the connections;
+// what prepare() gives any. Does not belong here: sockets.
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,11 +25,21 @@ class FlowStream final : public Stream {
 
   FlowStream(Context& context, core::TimeNs period_ns);
 
+  std::function<void()> prepare(std::string_view text) override;
   std::string take(std::string_view text) override;
   std::optional<Frame> next() override;
   [[nodiscard]] core::TimeNs period_ns() const override { return period_ns_; }
 
  private:
+  /// What a message of the client asks for.
+  struct Asked {
+    std::string refusal;  ///< or empty
+    std::vector<std::uint64_t> points;
+    std::shared_ptr<const Diagrams::Opened> opened;
+    DrawnInstance instance;
+  };
+  /// Any thread.
+  static Asked find(Context& context, std::string_view text);
   struct Point {
     std::uint32_t number = 0;
     std::optional<runtime::Place> place;  ///< of its variable
@@ -38,6 +50,7 @@ class FlowStream final : public Stream {
   core::TimeNs period_ns_;
   core::TimeNs next_ns_ = 0;
   LiveFlow::Viewer viewer_;
+  std::shared_ptr<Asked> asked_;  ///< of the message that is prepared
   std::shared_ptr<const Diagrams::Opened> opened_;
   std::vector<Point> points_;
   std::uint64_t number_ = 0;

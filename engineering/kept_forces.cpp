@@ -37,6 +37,22 @@ runtime::Force force_of(const Json& json) {
   return force;
 }
 
+/// What the file has; none without one. `wrong`: why that is not known.
+std::vector<runtime::Force> read_kept_forces(const std::string& folder, std::string& wrong) {
+  std::vector<runtime::Force> all;
+  const auto text = folder.empty() ? std::nullopt : read_whole_file(path_in(folder), wrong);
+  if (!text) return all;
+  const Json json = Json::parse(*text, nullptr, false);
+  try {
+    if (!json.is_array()) throw std::invalid_argument("no list");
+    for (const Json& one : json) all.push_back(force_of(one));
+  } catch (const std::exception&) {
+    wrong = path_in(folder) + " is damaged";
+    all.clear();
+  }
+  return all;
+}
+
 }  // namespace
 
 std::string store_kept_forces(const std::string& folder, const std::vector<runtime::Force>& forces) {
@@ -54,30 +70,26 @@ std::string store_kept_forces(const std::string& folder, const std::vector<runti
 std::vector<std::string> force_again(const std::string& folder, core::TimeNs utc_ns, core::TimeNs now_ns,
                                      runtime::ForceList& forces) {
   std::vector<std::string> said;
-  if (folder.empty()) return said;
-  std::string why;
-  const auto text = read_whole_file(path_in(folder), why);
-  if (!text) {
-    if (!why.empty()) said.push_back("forces of before the start do not hold: " + why);
-    return said;
-  }
-  const Json json = Json::parse(*text, nullptr, false);
-  try {
-    if (!json.is_array()) throw std::invalid_argument("no list");
-    for (const Json& one : json) {
-      runtime::Force force = force_of(one);
-      if (force.until_ns) {
-        if (*force.until_ns <= utc_ns) continue;
-        // WHY not more than it had at first: UTC may have been set back.
-        force.until_mono_ns = now_ns + *force.until_ns - std::max(utc_ns, force.since_ns);
-      }
-      const std::string path = force.path;
-      const auto made = forces.set(std::move(force));
-      if (!made) said.push_back(fmt::format("{} is not forced any more: {}", path, made.error().message));
+  std::string wrong;
+  for (runtime::Force& force : read_kept_forces(folder, wrong)) {
+    if (force.until_ns) {
+      if (*force.until_ns <= utc_ns) continue;
+      // WHY not more than it had at first: UTC may have been set back.
+      force.until_mono_ns = now_ns + *force.until_ns - std::max(utc_ns, force.since_ns);
     }
-  } catch (const std::exception&) {
-    said.push_back(fmt::format("forces of before the start do not hold: {} is damaged", path_in(folder)));
+    const std::string path = force.path;
+    const auto made = forces.set(std::move(force));
+    if (!made) said.push_back(fmt::format("{} is not forced any more: {}", path, made.error().message));
   }
+  if (!wrong.empty()) said.push_back("forces of before the start do not hold: " + wrong);
+  return said;
+}
+
+std::vector<std::string> ended_by_start(const std::string& folder) {
+  std::vector<std::string> said;
+  std::string ignored;  // they end in any case
+  for (const runtime::Force& force : read_kept_forces(folder, ignored))
+    said.push_back(force.path + " is not forced any more: it was a cold start");
   return said;
 }
 

@@ -25,6 +25,9 @@ std::string store_kept_forces(const std::string& folder, const std::vector<runti
 std::vector<std::string> force_again(const std::string& folder, core::TimeNs utc_ns, core::TimeNs now_ns,
                                      runtime::ForceList& forces);
 
+/// The same for a start that ends them: a sentence for each force of the file.
+std::vector<std::string> ended_by_start(const std::string& folder);
+
 /// When the file becomes what the list is: at once, or once it is known that the program stays.
 class KeptForces {
  public:

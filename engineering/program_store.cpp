@@ -237,10 +237,12 @@ core::Result<StoredProgram> ProgramStore::put_project(std::string_view bytes, st
   return *chosen_.waits;
 }
 
-std::optional<Problem> ProgramStore::try_next(std::string start, StoredProgram running, std::string_view running_image,
-                                              std::string given) {
+std::optional<Problem> ProgramStore::try_next(std::string_view image, std::string start, StoredProgram running,
+                                              std::string_view running_image, std::string given) {
   const std::lock_guard lock(mutex_);
   if (!chosen_.waits) return nothing_waits();
+  // Uploads come on another thread.
+  if (chosen_.waits->image != image) return Problem{Code::P7755, "another program was uploaded just now", {}};
   Chosen next = chosen_;
   if (!next.runs || next.runs->image != running.image) {
     // FILE may be another one by the time at which this one is wanted back.
@@ -261,7 +263,8 @@ void ProgramStore::wait_again() {
   const std::lock_guard lock(mutex_);
   if (!chosen_.trial || chosen_.tried) return;
   Chosen next = chosen_;
-  next.waits = std::exchange(next.trial, std::nullopt);
+  const auto trial = std::exchange(next.trial, std::nullopt);
+  if (!next.waits) next.waits = trial;  // else another one was uploaded meanwhile
   static_cast<void>(replace(std::move(next)));
 }
 

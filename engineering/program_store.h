@@ -70,10 +70,10 @@ class ProgramStore {
                                   const std::function<std::string(const std::string& file)>& check);
   /// Keeps the project of the image that waits. `name`: of a file. P7755 when no image waits, P7753.
   core::Result<StoredProgram> put_project(std::string_view bytes, std::string name);
-  /// The next start tries the image that waits, with this kind of start; `running` is what runs now, `given` the
-  /// fingerprint of FILE. P7755 when none waits, P7753.
-  std::optional<core::Problem> try_next(std::string start, StoredProgram running, std::string_view running_image,
-                                        std::string given);
+  /// The next start tries `image`, which waits, with this kind of start; `running` is what runs now, `given` the
+  /// fingerprint of FILE. P7755 when none waits, or another one by now; P7753.
+  std::optional<core::Problem> try_next(std::string_view image, std::string start, StoredProgram running,
+                                        std::string_view running_image, std::string given);
 
   /// Nothing came of it: the program waits as before.
   void wait_again();

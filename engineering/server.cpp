@@ -23,6 +23,7 @@ constexpr std::chrono::milliseconds kAcceptPause{100};
 constexpr std::size_t kMostSecrets = 64;
 constexpr std::size_t kMostFiles = 256;
 constexpr std::size_t kMostPast = 64;
+constexpr std::size_t kMostUploads = 1;  // one client at a time sends a file
 
 core::Problem cannot_listen(const ServerOptions& options, const error_code& error) {
   const char* help = "see listen under [engineering] in plc.toml, or --engineering";
@@ -64,6 +65,9 @@ struct Server::State final : ClientOwner {
 
   Dispatcher& dispatcher() override { return calls; }
   bool run(std::shared_ptr<ReadyCall> ready, std::function<void(HttpResponse)> done) override;
+  bool prepare(std::function<void()> work, std::function<void()> done) override {
+    return post(files, std::move(work), std::move(done));
+  }
   void used(Client& client) override {
     client.last_used = ++uses;
     counters.requests.fetch_add(1, std::memory_order_relaxed);
@@ -84,6 +88,8 @@ struct Server::State final : ClientOwner {
     return std::chrono::milliseconds(options.idle_timeout_ms);
   }
 
+  /// `done` is called, and what it holds is let go of, on the thread of the connections. False when too much waits.
+  bool post(Worker& worker, std::function<void()> work, std::function<void()> done);
   error_code listen();
   void accept();
   void admit(tcp::socket socket);
@@ -112,6 +118,7 @@ struct Server::State final : ClientOwner {
   Worker secrets{kMostSecrets};
   Worker files{kMostFiles};
   Worker past{kMostPast};
+  Worker uploads{kMostUploads};
   runtime::OrdinaryThread thread;
   std::atomic<std::uint16_t> port{0};
 };
@@ -135,19 +142,26 @@ bool Server::State::run(std::shared_ptr<ReadyCall> ready, std::function<void(Htt
     done(calls.run(*ready));
     return true;
   }
-  Worker& worker = ready->call->thread == Thread::kSecrets ? secrets
-                   : ready->call->thread == Thread::kPast  ? past
-                                                           : files;
-  // What it holds is let go of on the thread of the connections.
-  auto shared = std::make_shared<std::function<void(HttpResponse)>>(std::move(done));
-  return worker.post([this, ready, shared] {
-    auto response = std::make_shared<HttpResponse>();
+  Worker& worker = ready->call->thread == Thread::kSecrets  ? secrets
+                   : ready->call->thread == Thread::kPast   ? past
+                   : ready->call->thread == Thread::kUpload ? uploads
+                                                            : files;
+  auto response = std::make_shared<HttpResponse>();
+  response->status = 503;  // when there is not even memory to say why
+  return post(
+      worker, [this, ready, response] { *response = calls.run(*ready); },
+      [response, done = std::move(done)] { done(std::move(*response)); });
+}
+
+bool Server::State::post(Worker& worker, std::function<void()> work, std::function<void()> done) {
+  auto shared = std::make_shared<std::function<void()>>(std::move(done));
+  return worker.post([this, work = std::move(work), shared]() mutable {
     try {
-      *response = calls.run(*ready);
+      work();
     } catch (const std::exception&) {
-      response->status = 503;  // not even memory to say why
+      // No memory, most likely: who waits for it is told all the same.
     }
-    asio::post(session->io, [shared, response] { (*shared)(std::move(*response)); });
+    asio::post(session->io, [shared = std::move(shared)] { (*shared)(); });
   });
 }
 
@@ -254,6 +268,7 @@ std::optional<core::Problem> Server::start() {
   state.secrets.start("plc-eng-secrets");
   state.files.start("plc-eng-files");
   state.past.start("plc-eng-past");
+  state.uploads.start("plc-eng-upload");
   state.thread.start("plc-eng", [&state] { state.run_io(); });
   return std::nullopt;
 }
@@ -264,10 +279,13 @@ void Server::stop() {
   state.secrets.stop();
   state.files.stop();
   state.past.stop();
+  state.uploads.stop();
   state.session->io.stop();
   state.thread.join();
   for (const auto& client : state.session->clients) client->close();
   state.session->clients.clear();
+  // WHY not before: a stream is let go of while no other one is served.
+  for (Worker* const worker : {&state.secrets, &state.files, &state.past, &state.uploads}) worker->drop();
   state.file_from = nullptr;
   state.session.reset();
   state.counters.clients.store(0, std::memory_order_relaxed);

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,6 +35,9 @@ struct Frame {
 class Stream {
  public:
   virtual ~Stream() = default;
+  /// What of taking this message takes long, for any thread, while the stream goes on or has gone: take() of the same
+  /// message follows. Null: nothing does.
+  virtual std::function<void()> prepare(std::string_view /*text*/) { return {}; }
   /// A message of the client. The answer, or an empty text.
   virtual std::string take(std::string_view text) = 0;
   /// The newest, or nothing new. Between two calls at least period_ns() pass.

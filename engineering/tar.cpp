@@ -41,14 +41,17 @@ std::string header_of(const std::string& name, std::size_t size) {
 
 }  // namespace
 
-core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes, const std::string& without) {
+core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes,
+                                 const std::vector<std::string>& without) {
   std::error_code error;
   std::vector<std::string> names;
   for (auto it = fs::recursive_directory_iterator(folder, error); !error && it != fs::recursive_directory_iterator();
        it.increment(error)) {
-    std::error_code none;
     const bool left_out = it->path().filename().string().starts_with('.') ||
-                          (!without.empty() && it->is_directory(none) && fs::equivalent(it->path(), without, none));
+                          std::any_of(without.begin(), without.end(), [&it](const std::string& one) {
+                            std::error_code none;
+                            return !one.empty() && fs::equivalent(it->path(), one, none);
+                          });
     if (left_out) {
       if (it->is_directory(error)) it.disable_recursion_pending();
       continue;

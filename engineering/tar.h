@@ -4,13 +4,15 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/result.h"
 
 namespace plc::engineering {
 
-/// The plain files below `folder`, by paths from there; hidden ones, links and the folder `without` are left out. P7717
-/// when they are more than `most_bytes`, or one has a path that tar cannot hold.
-core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes, const std::string& without = {});
+/// The plain files below `folder`, by paths from there; hidden ones, links and the files and folders `without` are left
+/// out. P7717 when they are more than `most_bytes`, or one has a path that tar cannot hold.
+core::Result<std::string> tar_of(const std::string& folder, std::size_t most_bytes,
+                                 const std::vector<std::string>& without = {});
 
 }  // namespace plc::engineering

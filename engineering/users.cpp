@@ -57,7 +57,7 @@ core::Result<std::unique_ptr<Users>> Users::open(const std::string& folder) {
   if (!why.empty()) return Problem{Code::P7701, why, "plc-run must be able to read it"};
   if (!text) return users;
   const Json document = Json::parse(*text, nullptr, false);
-  if (!document.is_object() || document.value("version", 0) != kVersion) return damaged(users->path_);
+  if (!document.is_object() || document.value("version", Json()) != kVersion) return damaged(users->path_);
   const auto read = [](const Json& row, const char* key) {
     const auto it = row.is_object() ? row.find(key) : row.end();
     return it != row.end() && it->is_string() ? it->get<std::string>() : std::string();

@@ -168,8 +168,11 @@ Json value_json(const Image& image, std::uint32_t index, const std::byte* bytes)
     }
     case TypeKind::kStruct: {
       Json value = Json::object();
+      // WHY not by name, which is looked for among those before it: a structure may have 20,000 of them, all different.
+      auto& fields = value.get_ref<Json::object_t&>();
+      fields.reserve(type.fields.size());
       for (const ImageField& field : type.fields) {
-        if (!is_hidden(field.name)) value[field.name] = value_json(image, field.type, bytes + field.offset);
+        if (!is_hidden(field.name)) fields.push_back({field.name, value_json(image, field.type, bytes + field.offset)});
       }
       return value;
     }

@@ -14,10 +14,14 @@ void Worker::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
-    waiting_.clear();
   }
   wake_.notify_one();
   thread_.join();
+}
+
+void Worker::drop() {
+  const std::lock_guard lock(mutex_);
+  waiting_.clear();
 }
 
 bool Worker::post(std::function<void()> work) {

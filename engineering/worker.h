@@ -22,8 +22,10 @@ class Worker {
 
   /// `name`: at most 15 characters.
   void start(const char* name);
-  /// What has begun is ended, the rest is dropped.
+  /// What has begun is ended, the rest is not done any more.
   void stop();
+  /// After stop(): lets go of the rest.
+  void drop();
   /// False when as much waits as may. Work that throws is lost.
   bool post(std::function<void()> work);
 

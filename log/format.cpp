@@ -13,7 +13,12 @@
 namespace plc::log {
 namespace {
 
-bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+/// Of a character in UTF-8: those of ASCII, and U+0080 to U+009F, with which terminals do things, too.
+bool is_control(std::string_view one) {
+  const auto first = static_cast<unsigned char>(one.front());
+  return first < 0x20 || first == 0x7f ||
+         (first == 0xc2 && one.size() == 2 && static_cast<unsigned char>(one[1]) < 0xa0);
+}
 
 /// Details are lines: only the line feeds between them are as they were.
 std::string printable_lines(std::string_view text) {
@@ -62,7 +67,7 @@ std::string printable(std::string_view text) {
     const std::size_t begin = at;
     static_cast<void>(core::decode_utf8(text, at));
     const std::string_view one = text.substr(begin, at - begin);
-    out += is_control(one.front()) || !core::is_utf8(one) ? std::string_view("?") : one;
+    out += is_control(one) || !core::is_utf8(one) ? std::string_view("?") : one;
   }
   return out;
 }

@@ -14,8 +14,8 @@ using core::Code;
 using core::Problem;
 
 namespace {
-constexpr std::string_view kReleased = " is released";
-}
+std::string released(std::string_view by) { return " is released" + (by.empty() ? "" : " by " + std::string(by)); }
+}  // namespace
 
 ForceList::ForceList(Resource& resource) : resource_(resource) {
   const bytecode::Image& image = resource.image();
@@ -39,8 +39,7 @@ core::Result<Force> ForceList::set(Force force) {
     return Problem{Code::P7106, "a reference cannot be forced", "force the variable that it refers to"};
   Held held{std::move(force), *place, std::vector<std::byte>(type.size)};
   if (auto problem = parse_value(type, held.force.value, held.bytes)) return *problem;
-  held.force.value.clear();
-  append_value(type, held.bytes.data(), held.force.value);
+  held.force.value = shown_value(type, held.bytes.data());
   if (place->task == Place::kGlobal) {
     const GlobalTable& globals = resource_.globals();
     held.force.yields = !globals.exporters(globals.field_of(place->offset)).empty();
@@ -66,12 +65,12 @@ core::Result<Force> ForceList::set(Force force) {
 }
 
 template <class Is>
-std::vector<Force> ForceList::remove(Is&& is, std::string_view how) {
+std::vector<Force> ForceList::remove(Is&& is, const std::string& how) {
   const std::lock_guard lock(mutex_);
   std::vector<Force> removed;
   std::erase_if(held_, [&](Held& one) {
     if (!is(one)) return false;
-    changes_.push_back(one.force.path + std::string(how));
+    changes_.push_back(one.force.path + how);
     removed.push_back(std::move(one.force));
     return true;
   });
@@ -79,16 +78,16 @@ std::vector<Force> ForceList::remove(Is&& is, std::string_view how) {
   return removed;
 }
 
-bool ForceList::release(std::string_view path) {
+bool ForceList::release(std::string_view path, std::string_view by) {
   const auto place = Access(resource_).find_leaf(path);
   if (!place) return false;
   return !remove([&](const Held& one) { return one.place.task == place->task && one.place.offset == place->offset; },
-                 kReleased)
+                 released(by))
               .empty();
 }
 
-std::size_t ForceList::release_all(std::string_view owner) {
-  return remove([owner](const Held& one) { return owner.empty() || one.force.owner == owner; }, kReleased).size();
+std::size_t ForceList::release_all(std::string_view owner, std::string_view by) {
+  return remove([owner](const Held& one) { return owner.empty() || one.force.owner == owner; }, released(by)).size();
 }
 
 std::vector<Force> ForceList::expire(core::TimeNs now_ns) {

@@ -22,7 +22,7 @@ namespace plc::runtime {
 
 struct Force {
   std::string path;   ///< as it was asked for
-  std::string value;  ///< as Access::read() writes it
+  std::string value;  ///< as shown_value() writes it
   std::string owner;  ///< who forces it
   std::string reason;
   core::TimeNs since_ns = 0;             ///< UTC
@@ -43,10 +43,10 @@ class ForceList {
   /// replaced. P7101, P7102 for the path, P7103 to P7106 for the value. What now holds, with the value in its usual
   /// form.
   core::Result<Force> set(Force force);
-  /// False when the variable is not forced.
-  bool release(std::string_view path);
+  /// False when the variable is not forced. `by`: who does it, for the log.
+  bool release(std::string_view path, std::string_view by = {});
   /// All of `owner`; all when it is empty. How many.
-  std::size_t release_all(std::string_view owner = {});
+  std::size_t release_all(std::string_view owner = {}, std::string_view by = {});
   /// Releases what is over at `now_ns` of the monotonic clock. Those.
   std::vector<Force> expire(core::TimeNs now_ns);
   /// What was forced, released and over since the last call, in words for the log.
@@ -65,7 +65,7 @@ class ForceList {
     std::vector<std::byte> bytes;
   };
   template <class Is>
-  std::vector<Force> remove(Is&& is, std::string_view how);
+  std::vector<Force> remove(Is&& is, const std::string& how);
   /// Tells the tasks, and the global table.
   void apply();
   [[nodiscard]] bool exchanges(std::uint32_t task, std::uint32_t field) const { return exchanged_[task][field] != 0; }

@@ -458,6 +458,14 @@ void append_value(const ImageType& type, const std::byte* bytes, std::string& ou
   }
 }
 
+std::string shown_value(const ImageType& type, const std::byte* bytes) {
+  if (type.kind == TypeKind::kScalar && type.elementary == core::TypeId::kBool)
+    return load<std::uint8_t>(bytes) != 0 ? "TRUE" : "FALSE";
+  std::string text;
+  append_value(type, bytes, text, ValueStyle::kNames);
+  return text;
+}
+
 std::optional<Problem> parse_value(const ImageType& type, std::string_view text, std::span<std::byte> to) {
   if (type.kind == TypeKind::kString) return put_string(type, text, to);
   text = core::trimmed(text);

@@ -25,6 +25,8 @@ enum class ValueStyle : std::uint8_t {
 /// Appends the value at `bytes` (of type.size bytes) of a scalar, string or reference.
 void append_value(const bytecode::ImageType& type, const std::byte* bytes, std::string& out,
                   ValueStyle style = ValueStyle::kNumbers);
+/// For lists and messages that people read: as in ValueStyle::kNames, and BOOL as TRUE and FALSE.
+std::string shown_value(const bytecode::ImageType& type, const std::byte* bytes);
 
 /// Stores the value that `text` stands for into `to` (type.size bytes): what append_value() writes in either style, and
 /// numbers with a base (16#1F). P7103, P7104 or P7105 when there is none.

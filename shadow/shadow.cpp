@@ -19,6 +19,10 @@ constexpr milliseconds kPeriod{100};
 constexpr milliseconds kViewPeriod{16};
 /// The same while replicas are behind: they go on, and who waits for them has its turn.
 constexpr milliseconds kBehindPeriod{1};
+/// Who leaves out scans, since they come faster than they are executed again, takes half of a processor for so long.
+constexpr std::chrono::seconds kSlow{30};
+/// Scans that are left out for so long are said.
+constexpr std::chrono::seconds kSurelySlow{2};
 /// A viewer waits at most so long for the replicas.
 constexpr milliseconds kFollowAtOnce{10};
 /// The same of an observer alone.
@@ -27,6 +31,7 @@ constexpr milliseconds kObserveAtOnce{60};
 constexpr milliseconds kAfterFault{1000};
 /// A plant that faults again and again does not fill the disk.
 constexpr std::chrono::seconds kBetweenFaults{60};
+constexpr std::string_view kLeftOut = "; scans are left out of the recording until it can be written";
 
 }  // namespace
 
@@ -35,10 +40,10 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
   std::unique_ptr<Shadow> made(new Shadow(std::move(options), std::move(head)));
   Shadow* const self = made.get();
   self->file_head_ = file_head(self->head_);
-  if (self->options_.folder) {
-    auto folder = RecordFolder::open(*self->options_.folder, self->head_);
-    if (!folder) return folder.error();
-    self->folder_ = std::move(*folder);
+  if (const auto problem = self->open_folder()) {
+    self->say(core::Severity::kWarning,
+              fmt::format("{}: {}{}", core::info(problem->code).name, problem->message, kLeftOut));
+    self->in_trouble_ = true;
   }
   if (!self->options_.crash_folder.empty()) self->make_crash_memory(resource);
   RecordingOptions recording_options = self->options_.recording;
@@ -47,7 +52,7 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
       resource,
       [self](const BlockInfo& info, std::vector<std::byte> block) {
         self->history_.add(info.first_ns, info.last_ns, block);
-        if (self->folder_) self->unwritten_.push_back(std::move(block));
+        if (self->options_.folder) self->unwritten_.push_back(std::move(block));
       },
       recording_options);
   if (!recording) return recording.error();
@@ -61,7 +66,7 @@ core::Result<std::unique_ptr<Shadow>> Shadow::start(runtime::Resource& resource,
       if (!viewed && self->observer_.load(std::memory_order_relaxed) == nullptr) return;
       deadline = steady_clock::now() + (viewed ? kFollowAtOnce : kObserveAtOnce);
     }
-    self->follower_->follow(task, *self->recording_->open_block(task), deadline);
+    if (!self->follower_->follow(task, *self->recording_->open_block(task), deadline)) self->leaves_out_scans();
   });
   self->tasks_ = static_cast<std::uint32_t>(resource.task_count());
   if (self->options_.check) self->make_follower();
@@ -73,7 +78,9 @@ Shadow::~Shadow() { stop(false); }
 
 void Shadow::make_follower() {
   core::Diagnostics diagnostics;
+  // WHY without the lock: it takes half a second for a large project, and whoever asks for anything would wait.
   auto made = Follower::make(head_, options_.prepare, diagnostics);
+  const std::lock_guard lock(mutex_);
   follower_failed_ = !made;
   if (made) {
     follower_ = std::move(*made);
@@ -83,8 +90,18 @@ void Shadow::make_follower() {
   }
 }
 
+void Shadow::leaves_out_scans() {
+  const auto now = steady_clock::now();
+  if (now >= slow_until_) slow_since_ = now;
+  slow_until_ = now + kSlow;
+  // Not when somebody has begun to look just now: blocks of several tasks end at the same time.
+  if (now - slow_since_ < kSurelySlow || std::exchange(slow_said_, true)) return;
+  say(core::Severity::kWarning,
+      "scans come faster than they can be executed again beside the plant: alarms, live drawings and values of tasks "
+      "do without some of them");
+}
+
 void Shadow::follow(Follower::Deadline deadline) {
-  if (!follower_ && !follower_failed_) make_follower();
   if (!follower_) return;
   followed_ = true;
   for (std::uint32_t task = 0; task < tasks_; ++task) {
@@ -117,6 +134,7 @@ void Shadow::sum_counts() {
 void Shadow::turn() {
   const bool viewed = viewers_.load(std::memory_order_relaxed) != 0;
   const bool looked_at = viewed || options_.check || observer_.load(std::memory_order_relaxed) != nullptr;
+  if (looked_at && !follower_ && !follower_failed_) make_follower();
   {
     const std::lock_guard lock(mutex_);
     recording_->drain();
@@ -136,13 +154,21 @@ void Shadow::turn() {
   if (fault_due_ && steady_clock::now() >= *fault_due_) store_fault();
 }
 
+std::optional<core::Problem> Shadow::open_folder() {
+  if (!options_.folder || folder_) return {};
+  auto folder = RecordFolder::open(*options_.folder, head_);
+  if (!folder) return folder.error();
+  const std::lock_guard lock(mutex_);
+  folder_ = std::move(*folder);
+  return {};
+}
+
 void Shadow::store() {
   for (const std::vector<std::byte>& block : std::exchange(unwritten_, {})) {
-    const bool written = folder_->write(block);
+    const bool written = !open_folder() && folder_->write(block);
     if (written && in_trouble_) say(core::Severity::kNote, "the recording is written again");
     if (!written && !in_trouble_) {
-      say(core::Severity::kWarning,
-          folder_->problem()->message + "; scans are left out of the recording until there is room");
+      say(core::Severity::kWarning, folder_->problem()->message + std::string(kLeftOut));
     }
     in_trouble_ = !written;
   }
@@ -228,13 +254,18 @@ RecordingCounts Shadow::counts() const {
 void Shadow::run() {
   if (crash_memory_) store_left();
   while (!ends_.load(std::memory_order_acquire)) {
+    const auto began = steady_clock::now();
     turn();
+    const auto ended = steady_clock::now();
     std::unique_lock lock(wake_mutex_);
     const bool looked_at = viewers_.load(std::memory_order_relaxed) != 0;
     const bool follows = looked_at || observer_.load(std::memory_order_relaxed) != nullptr;
     const bool behind = follows && follower_ && !followed_;
+    const auto worked = std::chrono::duration_cast<milliseconds>(ended - began);
+    // Not longer than rings have room.
+    const milliseconds pause = ended < slow_until_ ? std::clamp(worked, kBehindPeriod, kPeriod) : kBehindPeriod;
     const milliseconds rest = looked_at ? kViewPeriod : kPeriod;
-    wake_.wait_for(lock, behind ? kBehindPeriod : rest, [this, looked_at] {
+    wake_.wait_for(lock, behind ? pause : rest, [this, looked_at] {
       return ends_.load(std::memory_order_relaxed) || (!looked_at && viewers_.load(std::memory_order_relaxed) != 0);
     });
   }
@@ -251,9 +282,11 @@ void Shadow::stop(bool whole) {
   turn();
   if (fault_due_) store_fault();
   if (!whole) return;
-  const std::lock_guard lock(mutex_);
-  recording_->finish();
-  sum_counts();
+  {
+    const std::lock_guard lock(mutex_);
+    recording_->finish();
+    sum_counts();
+  }
   store();
 }
 

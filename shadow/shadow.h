@@ -65,15 +65,19 @@ class Shadow {
   /// How far back scans are in memory: from the oldest one to the newest one.
   [[nodiscard]] core::TimeNs history_ns() const;
   [[nodiscard]] std::uint64_t history_bytes() const { return history_.bytes(); }
-  /// The file that is written now; empty without a folder.
-  [[nodiscard]] std::string file() const { return folder_ ? folder_->file() : std::string(); }
+  /// The file that is written now; empty without a folder, and until that can be written.
+  [[nodiscard]] std::string file() const {
+    const std::lock_guard lock(mutex_);
+    return folder_ ? folder_->file() : std::string();
+  }
   /// The newest scans, as a file has them (RecordFile::read()): a past to look into, or to store.
   [[nodiscard]] std::vector<std::byte> recording() const;
   /// What replicas run in, as it was given.
   [[nodiscard]] const Follower::Prepare& prepare() const { return options_.prepare; }
 
   /// Replicas follow the plant from now on, and the observer is told of every scan that they execute: all of them, as
-  /// long as one processor is fast enough beside the tasks. Before the tasks start; it must outlive the thread.
+  /// long as one processor is fast enough beside the tasks; else some are left out, which is said. Before the tasks
+  /// start; it must outlive the thread.
   void observe(ScanObserver& observer);
 
   /// While one lives, replicas follow the plant. Must not outlive the shadow.
@@ -99,7 +103,11 @@ class Shadow {
   void turn();
   void follow(Follower::Deadline deadline);
   void make_follower();
+  /// A block ends, and replicas have not executed all of it.
+  void leaves_out_scans();
   void sum_counts();
+  /// Where there is one to be written, and it is not open yet. Why it cannot be.
+  std::optional<core::Problem> open_folder();
   void store();
   void store_fault();
   void make_crash_memory(runtime::Resource& resource);
@@ -118,7 +126,9 @@ class Shadow {
 
   // Of the thread alone.
   std::vector<std::vector<std::byte>> unwritten_;  ///< blocks that were completed in this turn
-  bool in_trouble_ = false;
+  bool in_trouble_ = false, slow_said_ = false;
+  std::chrono::steady_clock::time_point slow_until_{};  ///< at most half of a processor until then
+  std::chrono::steady_clock::time_point slow_since_{};
   std::uint64_t faults_seen_ = 0;
   std::optional<std::chrono::steady_clock::time_point> fault_due_, fault_saved_;
 

@@ -251,6 +251,31 @@ class Connection(unittest.TestCase):
                     plc.version()
             self.assertEqual(plc.version()["api"], 1)
 
+    def test_where_nobody_listens_the_module_says_so(self):
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            port = taken.getsockname()[1]
+        with self.assertRaises(picard.NoServerError) as caught:
+            picard.Plc(f"http://127.0.0.1:{port}").version()
+        self.assertEqual((caught.exception.status, caught.exception.code), (0, "P7730"))
+        self.assertIn("NoServerError", picard.__all__)
+
+    def test_the_refusal_of_a_large_file_is_told(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+
+            def serve():
+                link = listener.accept()[0]
+                link.recv(1000)
+                answer = b'{"code": "P7711", "text": "not for you"}'
+                link.sendall(b"HTTP/1.1 403 Forbidden\r\nConnection: close\r\nContent-Length: %d\r\n\r\n" % len(answer) + answer)
+                time.sleep(0.2)
+                link.close()  # what was not read is refused by a reset
+
+            threading.Thread(target=serve, daemon=True).start()
+            with picard.Plc("http://127.0.0.1:%d" % listener.getsockname()[1]) as plc:
+                with self.assertRaises(picard.PicardError) as caught:
+                    plc.program_upload(bytes(20_000_000))
+        self.assertEqual(caught.exception.code, "P7711")
+
     def test_only_what_changes_nothing_is_sent_again(self):
         server = Hostile(["{}", ""], ['{"api": 1}', ""], ['{"written": 1}', ""])
         with picard.Plc(server.url) as plc:
@@ -277,6 +302,21 @@ class Connection(unittest.TestCase):
                 with self.assertRaises(picard.CertificateError):
                     plc.version()
         self.assertEqual(server.asked, [])
+
+    def test_a_stream_may_be_silent_for_longer_than_a_call(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+
+            def serve():
+                link = listener.accept()[0]
+                link.recv(65536)
+                link.sendall(b"HTTP/1.1 101 Switching Protocols\r\n\r\n")
+                time.sleep(3)
+                link.sendall(b'\x81\x0d{"number": 1}')
+                link.close()
+
+            threading.Thread(target=serve, daemon=True).start()
+            with picard.Plc("http://127.0.0.1:%d" % listener.getsockname()[1], timeout=2) as plc:
+                self.assertEqual(next(plc.log_stream())["number"], 1)
 
     def test_the_check_of_a_file_takes_its_time(self):
         server = Hostile(["{}", "{}"])
@@ -361,12 +401,24 @@ class Remote(WithPlant):
         path = next(node["path"] for node in nodes if node["writable"] and node["type"] == "BOOL")
         done = self.plant.remote("write", path + "=TRUE")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("true", self.plant.remote("values", path).stdout)
+        self.assertEqual(done.stdout, f"{path}: FALSE -> TRUE\n")
+        self.assertIn("TRUE", self.plant.remote("values", path).stdout)
+        self.assertEqual(self.plant.remote("write", path + "=0").stdout, f"{path}: TRUE -> FALSE\n")
         time.sleep(0.5)
         audit = subprocess.run([PLC, "audit", self.plant.folder + "/state/engineering"], capture_output=True, text=True)
         self.assertEqual(audit.returncode, 0, audit.stderr)
         self.assertIn("values.write", audit.stdout)
         self.assertIn("as written", audit.stdout)
+
+    def test_who_may_not_send_a_large_file_is_told_why(self):
+        self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0])
+        image = os.path.join(self.plant.folder, "large.pbc")
+        with open(image, "wb") as file:
+            file.write(bytes(20_000_000))
+        token = json.loads(self.plant.remote("tokens.add", "name=v", "role=viewer", "--json").stdout)["token"]
+        for secret, code in ((token, "P7711"), ("none", "P7710")):
+            refused = self.plant.remote("--token", secret, "upload", image)
+            self.assertEqual((refused.returncode, code in refused.stderr), (1, True), refused.stderr)
 
     def test_users_are_there_after_a_restart(self):
         self.plant.remote("first-user", self.plant.code, "anna", secret=PASSWORDS[0])

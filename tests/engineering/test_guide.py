@@ -97,7 +97,7 @@ class Guide(unittest.TestCase):
             line = re.sub(r"first-user \S+ ", f"first-user {self.code} ", line)
             text = self.run_line(line)
             for _ in range(20):  # the task that owns Horn comes every 100 ms; people are slower
-                if "values Horn" not in line or "true" in text:
+                if "values Horn" not in line or "TRUE" in text:
                     break
                 text = self.run_line(line)
             said.append((line, text))
@@ -112,10 +112,10 @@ class Guide(unittest.TestCase):
         self.assertRegex(of("tasks"), r"Fast +runs")
         self.assertGreater(of("values .*--follow").count("\nLevel "), 3, "the level changes")
         self.assertIn('"path": "Horn"', of("forces.set"))
-        self.assertRegex(of("values Horn"), r"Horn +BOOL +true")
+        self.assertRegex(of("values Horn"), r"Horn +BOOL +TRUE")
         self.assertIn("who hears it", of("forces.list"))
         self.assertIn('"released": 1', of("forces.release"))
-        self.assertRegex(of("log"), r"warning: forced Horn to 1 by anna: who hears it\n(.*\n)*.*Horn is released")
+        self.assertRegex(of("log"), r"warning: forced Horn to TRUE by anna: who hears it\n(.*\n)*.*Horn is released by anna")
 
 
 if __name__ == "__main__":

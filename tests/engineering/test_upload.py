@@ -150,6 +150,11 @@ class Plant:
             time.sleep(0.05)
         raise AssertionError(f"{program}\n{self.text()}")
 
+    def audited(self, what):
+        """Records of the audit whose names begin so."""
+        with self.client() as plc:
+            return [record for record in plc.audit()["records"] if record["what"].startswith(what)]
+
     def crashes(self):
         """What was saved of processes that died."""
         return glob.glob(self.folder + "/state/records/crash-*.rec")
@@ -396,6 +401,7 @@ class Forces(WithFolder):
         self.plant.wait_until(lambda p: p["starts"] == 1 and p["state"] == "runs")
         with self.plant.client() as plc:
             self.assertEqual(plc.forces_list()["forces"], [])
+        self.plant.wait_for("(%QX0.0 is not forced any more: it was a cold start)")
 
 
 class Refusals(WithFolder):
@@ -451,6 +457,11 @@ class Refusals(WithFolder):
         self.assertEqual(now["image"], hash_of(good))
         self.assertEqual(now["failed"]["program"]["image"], hash_of(bad))
         self.assertIn("R1001", now["failed"]["why"])
+        started, failed = self.plant.audited("program.start")
+        self.assertEqual((started["what"], started["user"]), ("program.start", "anna"))
+        self.assertEqual((failed["what"], failed["user"]), ("program.start.failed", "anna"))
+        self.assertEqual(failed["details"]["image"], hash_of(bad))
+        self.assertIn("R1001", failed["details"]["why"])
 
     def test_a_program_that_faults_costs_the_one_before_nothing(self):
         source, good = compiled(self.folder, "good.st", MOTOR.format(index=1))
@@ -740,6 +751,7 @@ poll = "20ms"
     def test_a_runtime_that_dies_in_the_first_second_is_left(self):
         self.dies_on_trial()
         self.assertEqual(self.plant.program()["image"], hash_of(self.good))
+        self.assertEqual([record["user"] for record in self.plant.audited("program.start.failed")], ["anna"])
         self.wait_for_coils(True, True)
         self.assertEqual(self.plant.stop(), 0)
 
@@ -855,6 +867,7 @@ class Remote(WithFolder):
         started = remote("start")
         self.assertEqual(started.returncode, 0, started.stderr)
         self.assertRegex(started.stdout, f"program {hash_of(other_bytes)[:8]} runs; control stood for [0-9]+ ms")
+        self.plant.wait_for(f"(PICARD [0-9.]+: program {hash_of(other_bytes)[:8]} that anna uploaded)")
         stored = remote("program.project", "-o", self.folder + "/stored")
         self.assertEqual(stored.returncode, 0, stored.stderr)
         with open(self.folder + "/stored") as a, open(self.folder + "/other.st") as b:

@@ -76,6 +76,14 @@ class Plant:
         with urllib.request.urlopen(request, timeout=WAIT_S) as answer:
             return json.load(answer)
 
+    def bytes(self, path, file=None):
+        """The answer of a call that gives, or takes, a file."""
+        request = urllib.request.Request(self.url + path, data=file, headers={"Authorization": "Bearer " + self.token})
+        if file is not None:
+            request.add_header("Content-Type", "application/octet-stream")
+        with urllib.request.urlopen(request, timeout=WAIT_S) as answer:
+            return answer.read()
+
     def page(self, path):
         request = urllib.request.Request(self.url + path, headers={"Accept-Encoding": "gzip"})
         return urllib.request.urlopen(request, timeout=WAIT_S)

@@ -252,6 +252,33 @@ class LiveFlow(WithBrowser):
         self.assertGreater(len(different), self.STATES // 8)
 
 
+class AnotherProgram(WithBrowser):
+    """A page that stays open while another program starts."""
+
+    def test_the_page_shows_what_runs(self):
+        b = self.browser
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        other = Plant(PLC_RUN, ladder.write(folder + "/other.xml", 3))
+        self.addCleanup(other.remove)
+        other.make_first_user()
+        image = other.bytes("/api/program/image")
+        other.stop()
+        plant = Plant(PLC_RUN, ladder.write(folder + "/plant.xml", 6))
+        self.addCleanup(plant.remove)
+        plant.make_first_user()
+        b.login(plant.url, *ADMIN)
+        b.open(plant.url, "#/diagrams?pou=Logic")
+
+        def coils():
+            return set(b.run("return [...document.querySelectorAll('.sheet g.coil')].map((e) => e.dataset.name)"))
+        b.wait("its drawing", lambda: "C5" in coils())
+        plant.bytes("/api/program/upload", image)
+        plant.call("/api/program/start", {})
+        b.wait("that of the other program", lambda: {"C2"} <= coils() and "C5" not in coils())
+        b.wait("its power flow", lambda: b.run("return document.querySelector('.sheet [data-k].on, .sheet [data-k].off') !== null"))
+
+
 class Ladder(WithBrowser):
     """Ten thousand rungs; PLC_RUNGS of the environment has another number."""
 

@@ -56,19 +56,20 @@ void AlarmService::keep() {
   store_->add(std::move(events), std::move(states));
 }
 
-void AlarmService::service(core::TimeNs now_ns, core::TimeNs utc_ns, std::vector<engineering::Said>& said) {
+void AlarmService::service(core::TimeNs now_ns, core::TimeNs utc_ns, bool settled,
+                           std::vector<engineering::Said>& said) {
   if (!alarms_) return;
   alarms_->service(now_ns, utc_ns);
-  keep();
+  if (settled) keep();
   if (std::string sentence = store_->take_said(); !sentence.empty()) {
     const bool good = sentence.find("again") != std::string::npos;
     said.push_back({good ? core::Severity::kNote : core::Severity::kWarning, std::move(sentence)});
   }
 }
 
-void AlarmService::stop() {
+void AlarmService::stop(bool settled) {
   if (!alarms_) return;
-  keep();
+  if (settled) keep();
   store_->stop();
 }
 

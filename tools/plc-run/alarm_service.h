@@ -26,10 +26,11 @@ class AlarmService {
   /// Null when there are none.
   [[nodiscard]] alarms::Alarms* alarms() { return alarms_.get(); }
   [[nodiscard]] alarms::AlarmStore* store() { return store_.get(); }
-  /// About every 100 ms.
-  void service(core::TimeNs now_ns, core::TimeNs utc_ns, std::vector<engineering::Said>& said);
+  /// About every 100 ms. `settled`: the program stays. Until then nothing is kept: events and states of a program on
+  /// trial that fails are gone with it, and the one before finds its own.
+  void service(core::TimeNs now_ns, core::TimeNs utc_ns, bool settled, std::vector<engineering::Said>& said);
   /// After the shadow has ended, or while it goes on.
-  void stop();
+  void stop(bool settled);
 
  private:
   void keep();

@@ -102,6 +102,7 @@ void EngineeringService::prepare(io::Plant& plant, shadow::Shadow* shadow, bool 
   server_->set_shadow(shadow);
   read_keys();
   server_->set_program(&program_.control());
+  if (auto failed = program_.failed_start()) server_->note_failed_start(program_.asked_by(), std::move(*failed));
   server_->take_over(program_.from_server());
   if (!program_.settled()) {
     server_->on_sessions([this](std::string handover) { program_.hand_over_on_trial(std::move(handover)); });
@@ -174,7 +175,7 @@ void EngineeringService::service(core::TimeNs now_ns) {
     note_devices(now_ns);
   }
   std::vector<engineering::Said> said;
-  alarms_->service(plant_->scheduler().program_ns(now_ns), calendar_.utc_ns(), said);
+  alarms_->service(plant_->scheduler().program_ns(now_ns), calendar_.utc_ns(), program_.settled(), said);
   tell(said, "alarms");
   said.clear();
   history_->service(said);
@@ -186,7 +187,7 @@ void EngineeringService::stop() {
   if (program_.settled()) server_->confirmed();
   server_->stop();
   values_->detach();
-  alarms_->stop();
+  alarms_->stop(program_.settled());
   history_->stop();
 }
 

@@ -220,7 +220,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
              "paths begin with the name of a program instance or a global: --watch '*' shows all of them");
     return kExitUsage;
   }
-  print_start(run.file, image, plan.tasks, load_ns, talk);
+  print_start(program->title(), image, plan.tasks, load_ns, talk);
   const Retained retained =
       restore_retained(resource, folder, retain_interval_ns, program->start().value_or(run.start), talk, std::cerr);
   if (run.simulate) talk << "--simulate-io: no device is touched, outputs go nowhere\n";
@@ -273,7 +273,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   talk << std::endl;
   const core::MonotonicClock clock;
   Service service(image, scheduler, clock.now_ns());
-  service.ready("runs " + run.file);
+  service.ready("runs " + program->title());
   std::size_t faults = 0;
   std::optional<runtime::TaskFault> last_fault;
   const auto show_faults = [&] {
@@ -391,7 +391,7 @@ int run_command(int argc, char** argv) {
       "  plc-run plant.pbc --duration 10s --watch 'Main.*'  ten seconds, with live values\n"
       "  plc-run plant.xml --cycles 1000 --stats            a thousand cycles of the fastest task, with histograms\n"
       "  plc-run plant.xml --duration 1h --stats=json > times.json    what the tasks needed, for scripts\n"
-      "  kill -USR1 $(pidof plc-run)                        what they needed so far, on stderr; it goes on\n"
+      "  pkill -USR1 -ox plc-run                            what they needed so far, on stderr; it goes on\n"
       "  plc-run plant.xml --stimulus in.csv                with inputs from a script\n"
       "  plc-run plant.xml --state state                    keeps RETAIN and PERSISTENT variables in this folder\n"
       "  plc-run plant.xml --config plc.toml                with the inputs and outputs of this machine\n"

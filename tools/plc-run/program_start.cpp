@@ -65,6 +65,8 @@ ProgramStart::ProgramStart(std::string given, const std::string& folder, RunLog&
       handed_stop_ns_ = json.value("stopped_ns", core::TimeNs{0});
       from_server_ = json.value("server", "");
       from_log_ = json.value("log", "");
+      asked_by_ = json.value("by", "");
+      failed_before_ = json.value("failed", false);
     }
   }
   if (!folder.empty()) choose(folder + "/program");
@@ -161,12 +163,15 @@ void ProgramStart::choose(const std::string& folder) {
     log_.say(core::Severity::kWarning,
              fmt::format("program: {}: {} does not start: {}", core::info(core::Code::P7752).name,
                          title_of(failed->program), failed->why));
+    failed_before_ = true;
   }
   if (!*choice) return;
   choice_ = std::move(**choice);
   if (!choice_.start.empty()) start_ = choice_.start;
-  log_.talk() << fmt::format("program: {}, in place of {}\n", title_of(choice_.program), given_);
+  log_.talk() << fmt::format("program: {}, in place of {}\n", title(), given_);
 }
+
+std::string ProgramStart::title() const { return choice_.file.empty() ? given_ : title_of(choice_.program); }
 
 std::optional<retain::Start> ProgramStart::start() const {
   if (start_ == "warm") return retain::Start::kWarm;
@@ -208,6 +213,10 @@ void ProgramStart::take(const ProgramControl::Wish& wish) {
   again_ = wish.start;
   halts_ = !wish.start;
   next_start_ = wish.kind;
+  {
+    const std::lock_guard lock(hand_over_mutex_);
+    asked_by_ = wish.by;
+  }
   log_.say(core::Severity::kNote,
            wish.start ? fmt::format("program: {} start, by {}", wish.kind, wish.by)
                       : fmt::format("program: stopped by {}; outputs are in their safe state", wish.by),
@@ -219,6 +228,10 @@ void ProgramStart::take(const ProgramControl::Wish& wish) {
 void ProgramStart::fail(const std::string& why) {
   control_.set_state(ProgramControl::State::kEnds);
   control_.ending = true;
+  {
+    const std::lock_guard lock(hand_over_mutex_);
+    failed_ = true;
+  }
   const std::string unkept = store_->fail(choice_.program.image, why, calendar_.utc_ns());
   log_.say(core::Severity::kWarning, fmt::format("program: {}: {} does not start: {}; the one before starts again{}",
                                                  core::info(core::Code::P7752).name, title_of(choice_.program), why,
@@ -240,11 +253,8 @@ bool ProgramStart::wants_start(core::TimeNs now_ns) {
 
 void ProgramStart::pass_on(const std::string& kind, core::TimeNs stopped_ns, const std::string& from_server,
                            const std::string& from_log) const {
-  const Json json = {{"start", kind},
-                     {"starts", control_.starts},
-                     {"stopped_ns", stopped_ns},
-                     {"server", from_server},
-                     {"log", from_log}};
+  const Json json = {{"start", kind},     {"starts", control_.starts}, {"stopped_ns", stopped_ns}, {"by", asked_by_},
+                     {"failed", failed_}, {"server", from_server},     {"log", from_log}};
   Relaunch::instance().hand_over(json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 

@@ -65,6 +65,14 @@ class ProgramStart {
   [[nodiscard]] const std::string& from_server() const { return from_server_; }
   [[nodiscard]] const std::string& from_log() const { return from_log_; }
   engineering::ProgramControl& control() { return control_; }
+  /// The program that was tried right before this start, and did not; nothing: none was.
+  [[nodiscard]] std::optional<engineering::FailedStart> failed_start() const {
+    return failed_before_ && store_ ? store_->failed() : std::nullopt;
+  }
+  /// Who has asked for the start; empty: no call.
+  [[nodiscard]] const std::string& asked_by() const { return asked_by_; }
+  /// What runs, for people: FILE, or the program that was uploaded.
+  [[nodiscard]] std::string title() const;
 
   /// What is kept on the disk may become this program's: it is on no trial, and that it is the one is on the disk.
   [[nodiscard]] bool settled() const { return settled_; }
@@ -118,7 +126,10 @@ class ProgramStart {
   std::string start_, next_start_, from_server_, from_log_;
   std::mutex hand_over_mutex_;  ///< of from_server_ on trial, and of what the next process gets
   core::TimeNs begin_ns_ = 0, stopped_ns_ = 0, handed_stop_ns_ = 0;
+  std::string asked_by_;
   bool restarted_ = false, halts_ = false, again_ = false;
+  bool failed_ = false;         ///< this process was a trial that failed
+  bool failed_before_ = false;  ///< the one before it was
 };
 
 /// ProgramControl::check for this command line. Is given up when `ending` becomes true.

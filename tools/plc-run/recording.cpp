@@ -64,13 +64,10 @@ std::unique_ptr<shadow::Shadow> start_shadow(runtime::Resource& resource, Record
   const shadow::RecordingHead head = {
       kVersionText, shadow::processor_kind(),        shadow::arithmetic_fingerprint(), loop_budget,
       zone,         bytecode::save(resource.image())};
-  for (;;) {
-    auto started = shadow::Shadow::start(resource, settings.options, head);
-    if (started) return std::move(*started);
-    trouble = started.error();
-    if (!settings.options.folder) return nullptr;
-    settings.options.folder.reset();
-  }
+  auto started = shadow::Shadow::start(resource, std::move(settings.options), head);
+  if (started) return std::move(*started);
+  trouble = started.error();
+  return nullptr;
 }
 
 void print_recording(const shadow::Shadow& shadow, std::ostream& out) {

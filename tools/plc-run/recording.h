@@ -25,8 +25,7 @@ struct RecordingSettings {
 RecordingSettings recording_settings(const std::string& given, const io::Configuration& configuration,
                                      const std::string& state, Engine engine);
 
-/// Null when nothing is recorded. What cannot be is in `trouble`: P7631, and memory alone is recorded; P9001, and
-/// nothing is. Before the tasks start, after their taskblocks did.
+/// Null when nothing is recorded; why it cannot be is in `trouble`. Before the tasks start, after their taskblocks did.
 std::unique_ptr<shadow::Shadow> start_shadow(runtime::Resource& resource, RecordingSettings settings,
                                              std::uint32_t loop_budget, const std::string& zone,
                                              std::optional<core::Problem>& trouble);

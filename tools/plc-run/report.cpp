@@ -61,9 +61,9 @@ ordered_json to_json(const Histogram& histogram) {
 
 }  // namespace
 
-void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
+void print_start(std::string_view program, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
                  core::TimeNs load_ns, std::ostream& out) {
-  out << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, file, counted(image.tasks.size(), "task"),
+  out << fmt::format("{}: {} with {}, ready in {}\n", kVersionText, program, counted(image.tasks.size(), "task"),
                      time_text(load_ns));
   out << "options: " << describe(image.options) << '\n';
   for (std::size_t t = 0; t < plan.size(); ++t) {
@@ -108,9 +108,11 @@ void print_forces(const runtime::ForceList& forces, std::ostream& out) {
 void print_devices(const io::Machine& machine, std::ostream& out) {
   for (const auto& driver : machine.drivers()) {
     const auto inputs = driver->inputs(0).size();
+    const io::DriverStatus status = driver->status();
     out << fmt::format("driver {}: {}{}{}\n", driver->name(),
                        driver->timing() == io::Timing::kOffline ? "simulated"
-                       : driver->status().connected             ? "open"
+                       : status.connected                       ? "open"
+                       : status.problem.empty()                 ? "not asked yet"
                                                                 : "not there yet",
                        inputs != 0 ? ", " + counted(inputs, "input") : "",
                        driver->has_outputs() ? ", with outputs" : "");

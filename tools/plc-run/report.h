@@ -21,7 +21,7 @@ namespace plc::tools {
 
 /// Version, options, and each task with its release and what the machine has planned for it. `load_ns`: from the start
 /// to here.
-void print_start(std::string_view file, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
+void print_start(std::string_view program, const bytecode::Image& image, std::span<const runtime::TaskPlan> plan,
                  core::TimeNs load_ns, std::ostream& out);
 /// A line for each variable that is forced.
 void print_forces(const runtime::ForceList& forces, std::ostream& out);

@@ -285,20 +285,30 @@ class Session {
   static std::string text_of(const Json& value) {
     if (value.contains("problem"))
       return fmt::format("{}: {}", value["problem"].value("code", ""), value["problem"].value("text", ""));
-    return value["value"].is_string() ? value["value"].get<std::string>() : value["value"].dump();
+    return shown_value(value["value"]);
   }
 
   int write() {
     if (remote_.arguments.empty()) return wrong_arguments("write PATH=VALUE ..");
-    Json values = Json::array();
+    Json values = Json::array(), which = Json::array();
     for (const std::string& argument : remote_.arguments) {
       const std::size_t equals = argument.find('=');
       if (equals == std::string::npos || equals == 0) return wrong_arguments("write PATH=VALUE ..");
       values.push_back({{"path", argument.substr(0, equals)}, {"value", value_of(argument.substr(equals + 1))}});
+      which.push_back(values.back()["path"]);
     }
+    const auto before = remote_.json ? std::nullopt : ask(row("values.read"), {{"paths", which}}, true);
     const auto answer = ask("values.write", {{"values", values}});
     if (!answer) return kExitErrors;
-    return remote_.json ? print(*answer) : kExitOk;
+    if (remote_.json) return print(*answer);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const Json had = before ? (*before)["values"][i].value("value", Json()) : Json();
+      Json has = values[i]["value"];
+      if (had.is_boolean() && has.is_number()) has = has != 0;
+      std::cout << fmt::format("{}: {}{}\n", which[i].get<std::string>(),
+                               had.is_null() ? "" : shown_value(had) + " -> ", shown_value(has));
+    }
+    return kExitOk;
   }
 
   int log() {

@@ -2,11 +2,11 @@
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { AlarmBanner } from "./alarm_banner";
-import { notice } from "./notice";
+import { notice, notify } from "./notice";
 import { LoginPage } from "./pages/login";
 import { AccountDialog } from "./pages/account";
 import { pages, type Page } from "./pages/pages";
-import { ask, connected, findSession, hasRole, plc, session, watchLink } from "./plc";
+import { ask, connected, findSession, hasRole, plc, programs, session, watchLink } from "./plc";
 import { link, route } from "./route";
 import { useSignal } from "./signals";
 import { texts } from "./texts";
@@ -30,14 +30,15 @@ function Refused(properties: { text: string }): JSX.Element {
   );
 }
 
-function contents(page: Page | undefined): JSX.Element {
+/** `begun`: with another one the page begins anew. */
+function contents(page: Page | undefined, begun: number): JSX.Element {
   if (page === undefined) return <Refused text={texts.refused.unknown} />;
   if (!hasRole(page.right)) {
     const role = session.peek()?.role ?? "";
     return <Refused text={texts.refused.role(texts.roles[page.right] ?? page.right, texts.roles[role] ?? role)} />;
   }
   const Contents = page.contents;
-  return <Contents />;
+  return <Contents key={begun} />;
 }
 
 /** "#/log" of where one is; the hash itself belongs to the pages. */
@@ -72,6 +73,12 @@ function Shell(): JSX.Element {
     heading.current?.focus();
   }, [name]);
   useEffect(watchLink, []);
+  const program = useSignal(programs);
+  const before = useRef(program);
+  useEffect(() => {
+    if (before.current !== program) notify(texts.link.otherProgram);
+    before.current = program;
+  }, [program]);
   const logout = (): void => {
     void ask(() => plc.logout()).catch(() => {}).finally(() => void findSession());
   };
@@ -121,7 +128,7 @@ function Shell(): JSX.Element {
         <h1 ref={heading} tabIndex={-1}>
           {title}
         </h1>
-        {contents(page)}
+        {contents(page, program)}
       </main>
       {account ? <AccountDialog onClose={() => setAccount(false)} /> : null}
     </div>

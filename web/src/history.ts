@@ -1,7 +1,7 @@
 // Courses of the past, from the historian: asked for as they come into view, in about as many points as the chart has.
 import type { HistoryPoint } from "../client/calls";
 import type { Courses, Series } from "./course";
-import { ask, plc } from "./plc";
+import { ask, PicardError, plc } from "./plc";
 
 /** What a chart draws. */
 export type Drawn = Pick<Courses, "series" | "columns">;
@@ -63,8 +63,12 @@ export class PastCourses implements Drawn {
   /** Every scan, or nothing where they are not known any more. */
   private async scans(from: number, to: number): Promise<Course[] | undefined> {
     const tags = this.series.map(({ path }) => path);
-    const answer = await ask(() => plc.historyScans({ tags, from, to }));
-    if (!answer.whole) return undefined;
+    const answer = await ask(() => plc.historyScans({ tags, from, to })).catch((error: unknown) => {
+      // One of them is no number, or not here any more: the others have samples all the same.
+      if (error instanceof PicardError) return undefined;
+      throw error;
+    });
+    if (answer?.whole !== true) return undefined;
     return tags.map((path, i) => ({
       path,
       step: 0,
@@ -78,13 +82,13 @@ export class PastCourses implements Drawn {
   private async fetch(from: number, to: number): Promise<void> {
     try {
       const exact = to - from <= scanned ? await this.scans(from, to) : undefined;
-      this.byScan = exact !== undefined;
       const courses = exact ?? await Promise.all(
         this.series
           .filter((one) => this.kept.includes(one.path))
           .map(async ({ path }) => ({ path, ...(await ask(() => plc.historyQuery({ tag: path, from, to, points }))) })),
       );
       if (this.ended || this.asked.from !== from || this.asked.to !== to) return;
+      this.byScan = exact !== undefined;
       this.courses = courses;
       this.shown = this.aligned();
       this.onChange(undefined);

@@ -78,6 +78,18 @@ export function checkLink(): void {
   void ask(() => link.session()).catch(() => {});
 }
 
+/** The image that runs, as it was told last. */
+let image: string | undefined;
+/** How often another program was found to run: what a page knows of names, drawings and places is of the one before. */
+export const programs = signal(0);
+
+/** Finds out whether another program runs by now. */
+export async function checkProgram(): Promise<void> {
+  const now = (await ask(() => link.session())).image;
+  if (image !== undefined && image !== now) ++programs.value;
+  image = now;
+}
+
 /** Asks who is logged in, until the server answers. */
 export async function findSession(): Promise<void> {
   for (let wait = 500; ; wait = Math.min(wait * 2, 8000)) {
@@ -99,7 +111,7 @@ export function watchLink(): () => void {
   let timer: ReturnType<typeof setTimeout> | undefined;
   let ended = false;
   const look = async (): Promise<void> => {
-    if (!document.hidden) await ask(() => link.session()).catch(() => {});
+    if (!document.hidden) await checkProgram().catch(() => {});
     if (!ended) timer = setTimeout(() => void look(), 2000);
   };
   void look();

@@ -1,5 +1,5 @@
 // A WebSocket that is opened again when it is lost, by the server, by the network or by a line that stands still.
-import { checkLink, connected, onLinkLost } from "./plc";
+import { checkLink, checkProgram, connected, onLinkLost } from "./plc";
 
 /** The server takes so many messages a second from one stream. */
 const askMs = 120;
@@ -19,6 +19,7 @@ export class Stream<Data extends string | ArrayBuffer> {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private wait = firstWaitMs;
   private ended = false;
+  private wasLost = false;
   private readonly forgetLink: () => void;
 
   constructor(private readonly ends: StreamEnds<Data>) {
@@ -63,7 +64,13 @@ export class Stream<Data extends string | ArrayBuffer> {
     socket.onopen = () => {
       connected.value = true;
       this.wait = firstWaitMs;
-      this.ends.ready();
+      if (!this.wasLost) return this.ends.ready();
+      // WHY before: numbers and names that are asked for may be those of another program, which has other drawings.
+      void checkProgram()
+        .catch(() => {})
+        .then(() => {
+          if (this.socket === socket && !this.ended) this.ends.ready();
+        });
     };
     socket.onmessage = (event: MessageEvent<Data>) => this.ends.message(event.data);
     socket.onclose = () => {
@@ -83,6 +90,7 @@ export class Stream<Data extends string | ArrayBuffer> {
 
   private lost(): void {
     this.socket = undefined;
+    this.wasLost = true;
     if (this.ended) return;
     this.ends.lost?.();
     this.after(this.wait);

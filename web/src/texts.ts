@@ -39,6 +39,7 @@ export const texts = {
   link: {
     lost: "No connection to the PLC. Values are those of before; trying again …",
     back: "Connected again",
+    otherProgram: "Another program runs: the page shows it now",
   },
   refused: {
     role: (needed: string, role: string) => `This page is for the role ${needed}; you are ${role}.`,

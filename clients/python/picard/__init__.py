@@ -13,9 +13,9 @@ the server.
 """
 
 from picard.calls import Calls
-from picard.connection import CertificateError, Log, PicardError, Values
+from picard.connection import CertificateError, Log, NoServerError, PicardError, Values
 
-__all__ = ["CertificateError", "Log", "PicardError", "Plc", "Values"]
+__all__ = ["CertificateError", "Log", "NoServerError", "PicardError", "Plc", "Values"]
 
 
 class Plc(Calls):

@@ -49,6 +49,7 @@ def _normal(fingerprint):
 
 
 FILE_TIMEOUT = 70.0  # seconds: the server checks a file for up to 60 before it answers
+STREAM_TIMEOUT = 60.0  # seconds: where nothing else is to be said the server says every 15 that it is there
 
 
 class Connection:
@@ -137,8 +138,11 @@ class Connection:
             written = False
             try:
                 self._http.sock.settimeout(timeout)
-                self._http.request(method, target, body, headers)
-                written = True
+                try:
+                    self._http.request(method, target, body, headers)
+                    written = True
+                except (ConnectionError, ssl.SSLEOFError):
+                    pass  # a server that does not take all of it may have said why
                 response = self._http.getresponse()
                 answer = response.read()
             except ConnectionError:
@@ -220,7 +224,11 @@ class WebSocket:
             for line in head.split(b"\r\n"):
                 if line.lower().startswith(b"content-length:"):
                     length = int(line.split(b":")[1])
-            raise PicardError(status, json.loads(self._take(length) or b"{}"))
+            answer = json.loads(self._take(length) or b"{}")
+            sock.close()
+            raise PicardError(status, answer)
+        if sock.gettimeout() is not None:
+            sock.settimeout(max(sock.gettimeout(), STREAM_TIMEOUT))
 
     def _more(self):
         got = self._sock.recv(65536)
@@ -292,8 +300,13 @@ class Values:
     def __init__(self, web, paths):
         self._web = web
         web.send(json.dumps({"subscribe": list(paths)}))
-        answer = json.loads(web.receive())
+        message = web.receive()
+        if message is None:
+            web.close()
+            raise ConnectionError("the server ended the stream")
+        answer = json.loads(message)
         if "code" in answer:
+            web.close()
             raise PicardError(400, answer)
         self._number = answer["subscription"]
         self.layout = answer["layout"]

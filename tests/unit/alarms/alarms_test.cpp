@@ -8,30 +8,18 @@
 
 #include "runtime/sched/realtime.h"
 #include "shadow/shadow.h"
-#include "tests/support/image_builder.h"
+#include "tests/support/counting_image.h"
 
 namespace plc::test {
 namespace {
 
 using namespace alarms;
 
-/// Count goes up by one with each scan; Pulse and Total follow it.
+/// Total goes up by two with each scan; Away is written from outside.
 bytecode::VerifiedImage alarm_image() {
   ImageBuilder b;
-  const std::uint32_t dint = b.type(TypeId::kDint);
   b.global("Away", b.boolean(), {}, {false, true, {}, {}});
-  const Word total = b.global("Total", dint, {}, {false, false, {}, {}, 0});
-  PouBuilder main = b.pou("Main", PouKind::kProgram);
-  const Word count = main.variable("Count", dint);
-  main.op(Opcode::kAdd32, {count, count, b.constant<std::int32_t>(TypeId::kDint, 1)});
-  main.op(Opcode::kAdd32, {total, total, b.constant<std::int32_t>(TypeId::kDint, 2)});
-  b.task("Fast", 10'000'000, {main.finish()});
-  core::Diagnostics diagnostics;
-  auto image = bytecode::verify(b.build(), diagnostics);
-  if (!image) {
-    for (const auto& found : diagnostics.all()) ADD_FAILURE() << found.message;
-  }
-  return std::move(*image);
+  return counting_image(b, 2);
 }
 
 struct Plant {

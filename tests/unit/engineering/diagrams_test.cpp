@@ -307,6 +307,19 @@ TEST(FlowStream, RefusesWhatIsNotThere) {
   EXPECT_FALSE(stream.next());
 }
 
+TEST(FlowStream, PreparesOnAnyThreadWhatTakesLong) {
+  DrawnPlant p;
+  engineering::FlowStream at_once(p.rig.context, 0), prepared(p.rig.context, 0);
+  const std::string good = R"({"pou": "Station", "points": [0, 1]})";
+  for (const std::string& text :
+       {good, std::string("no JSON"), std::string(R"({"pou": "Nothing", "points": []})"), good}) {
+    std::thread(prepared.prepare(text)).join();
+    EXPECT_EQ(prepared.take(text), at_once.take(text));
+  }
+  const auto late = engineering::FlowStream(p.rig.context, 0).prepare(good);
+  late();  // its client has gone
+}
+
 TEST(PastFlow, GivesAnyScanAndStepsBack) {
   DrawnPlant p;
   p.scans(100);

@@ -267,6 +267,19 @@ TEST(Dispatch, ABodyIsJsonOfTheRightKind) {
   EXPECT_EQ(field_of(R"({"paths": [], "more": 1})"), "more");
 }
 
+TEST(Dispatch, NamesWithoutEndHoldUpNobody) {
+  EngineeringRig rig;
+  std::string body = "{", query = "/api/version?";
+  for (int i = 0; i < 90'000; ++i) body += "\"" + std::to_string(i) + "\":0,";
+  for (int i = 0; i < 20'000; ++i) query += std::to_string(i) + "&";
+  body.back() = '}';
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(rig.send(rig.request("POST", "/api/login", body)).status, 400);
+  EXPECT_EQ(rig.get(query, "").status, 400);
+  // Each name compared with all before it, this takes 15 s.
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
+}
+
 TEST(Dispatch, AQueryIsReadAsItsFields) {
   EngineeringRig rig;
   EXPECT_EQ(rig.get("/api/values?path=GVL&from=1&most=1").status, 200);
@@ -337,6 +350,16 @@ TEST(Worker, WorkThatThrowsEndsNothing) {
   EXPECT_TRUE(worker.post([&done] { done.set_value(); }));
   EXPECT_EQ(done.get_future().wait_for(std::chrono::seconds(10)), std::future_status::ready);
   worker.stop();
+}
+
+TEST(Worker, WhatWaitsIsLetGoOfByItsOwner) {
+  engineering::Worker worker(8);
+  const auto held = std::make_shared<int>(0);
+  EXPECT_TRUE(worker.post([held] {}));
+  worker.stop();
+  EXPECT_EQ(held.use_count(), 2);
+  worker.drop();
+  EXPECT_EQ(held.use_count(), 1);
 }
 
 TEST(Dispatch, RecordedScansAreExecutedAgainOnTheThreadForThem) {

@@ -44,6 +44,8 @@ TEST(Forces, AreSetListedAndReleased) {
   EXPECT_EQ(force(rig, {{"path", "Main0.Count"}, {"value", 7}, {"reason", "trial"}}).status, 200);
   EXPECT_EQ(force(rig, {{"path", "Lamp"}, {"value", "Green"}, {"reason", "trial"}}).status, 200);
   EXPECT_EQ(list(rig).size(), 4u);
+  EXPECT_EQ(list(rig)[1]["value"], "TRUE");
+  EXPECT_EQ(list(rig)[3]["value"], "Green");
   rig.scan();
   EXPECT_EQ(value_of(*rig.resource, "Main0.Count"), "7");
   EXPECT_EQ(value_of(*rig.resource, "Lamp"), "1");
@@ -57,7 +59,7 @@ TEST(Forces, AreSetListedAndReleased) {
   const std::vector<std::string> changes = rig.forces.take_changes();
   ASSERT_EQ(changes.size(), 8u);
   EXPECT_EQ(changes.front(), "forced Total to 500 by engineer: trial");
-  EXPECT_EQ(changes.back(), "Lamp is released");
+  EXPECT_EQ(changes.back(), "Lamp is released by engineer");
 }
 
 TEST(Forces, AreForEngineersWithAReason) {
@@ -124,6 +126,8 @@ TEST(KeptForces, HoldAfterAWarmStartWhenAsked) {
   // A program that has the variable no more says so.
   EXPECT_EQ(engineering::store_kept_forces(folder, {{"Gone", "1", "anna", "trial", 0, {}, true}}), "");
   EXPECT_EQ(engineering::force_again(folder, 0, 0, rig.forces).size(), 1u);
+  EXPECT_EQ(engineering::ended_by_start(folder),
+            std::vector<std::string>{"Gone is not forced any more: it was a cold start"});
   EXPECT_EQ(engineering::store_kept_forces(folder, {}), "");
   EngineeringRig cold;
   EXPECT_TRUE(engineering::force_again(folder, 0, 0, cold.forces).empty());

@@ -91,7 +91,7 @@ TEST_F(Handover, AColdStartOnTrialForgetsForcesWhenItIsConfirmed) {
   keep_a_force();
   {
     const auto tried = server();
-    EXPECT_TRUE(tried->force_again(false, true).empty());
+    EXPECT_EQ(tried->force_again(false, true).size(), 1u) << "it says what is not forced any more";
     tried->start();
     tried->service(rig.clock.now_ns());
     tried->stop();
@@ -99,7 +99,7 @@ TEST_F(Handover, AColdStartOnTrialForgetsForcesWhenItIsConfirmed) {
   EXPECT_EQ(kept(), 1u) << "the program before has it";
   {
     const auto tried = server();
-    EXPECT_TRUE(tried->force_again(false, true).empty());
+    EXPECT_EQ(tried->force_again(false, true).size(), 1u) << "it says what is not forced any more";
     tried->start();
     tried->confirmed();
     tried->stop();
@@ -110,7 +110,9 @@ TEST_F(Handover, AColdStartOnTrialForgetsForcesWhenItIsConfirmed) {
 
 TEST_F(Handover, AColdStartOfWhatRanForgetsForcesAtOnce) {
   keep_a_force();
-  EXPECT_TRUE(server()->force_again(false).empty());
+  const auto said = server()->force_again(false);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].text.find("is not forced any more: it was a cold start"), std::string::npos);
   EXPECT_EQ(kept(), 0u);
 }
 

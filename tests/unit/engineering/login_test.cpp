@@ -38,7 +38,10 @@ TEST(Login, GivesASessionOfTheRole) {
   EXPECT_EQ(response.set_cookie, "");
   HttpRequest request = rig.request("GET", "/api/session");
   request.authorization = "Bearer " + body_of(response)["token"].get<std::string>();
-  EXPECT_EQ(body_of(rig.send(request)), (Json{{"user", "operator"}, {"role", "operator"}, {"session", 1}}));
+  Json answer = body_of(rig.send(request));
+  EXPECT_EQ(answer["image"], body_of(rig.get("/api/program"))["image"]);
+  answer.erase("image");
+  EXPECT_EQ(answer, (Json{{"user", "operator"}, {"role", "operator"}, {"session", 1}}));
 }
 
 TEST(Login, GivesBrowsersACookieThatPagesCannotRead) {
@@ -338,6 +341,9 @@ TEST(Tokens, DoWhatTheyMayUntilTheyEnd) {
   EXPECT_EQ(call("POST", "/api/values/write", R"({"values": []})"), 403);
   EXPECT_NE(said.find("this call is for operator, and this token is viewer"), std::string::npos) << said;
   EXPECT_EQ(call("POST", "/api/tokens/add", R"({"name": "more"})"), 403) << "a token makes no tokens";
+  ASSERT_EQ(rig.post("/api/tokens/add", {{"name", "more"}}, "operator").status, 200);
+  EXPECT_EQ(call("POST", "/api/tokens/revoke", R"({"name": "MORE"})"), 403) << "nor ends one that may do more";
+  EXPECT_EQ(rig.post("/api/tokens/revoke", {{"name", "more"}}, "operator").status, 200);
   HttpRequest cookie = rig.request("GET", "/api/tasks");
   cookie.cookie = "picard=" + body_of(made)["token"].get<std::string>();
   EXPECT_EQ(rig.send(cookie).status, 401) << "a token is no cookie";
@@ -397,7 +403,7 @@ TEST(Users, ADamagedFileIsNoReasonToLetAnybodyIn) {
                            R"({"version": 1, "users": [{"name": "a", "role": "viewer", "password": "x"}]})",
                            R"({"version": 1, "users": [{"name": "a", "role": "king", "password": "x"}]})",
                            R"({"version": 1, "users": [{"name": "a", "role": "admin", "password": ""}]})",
-                           R"({"version": 1, "users": [7]})"}) {
+                           R"({"version": 1, "users": [7]})", R"({"version": "1", "users": []})"}) {
     std::ofstream(scratch.file("users.json")) << text;
     const auto users = engineering::Users::open(scratch.file(""));
     ASSERT_FALSE(users) << text;

@@ -37,7 +37,8 @@ class Store : public testing::Test {
   /// Uploads `bytes` while `kOld` runs, and asks for its start.
   static void upload_and_start(ProgramStore& store, const std::string& bytes) {
     ASSERT_TRUE(store.put(bytes, "anna", kNow, good));
-    const auto problem = store.try_next("cold", {engineering::sha256(kOld), {}, {}, 0}, kOld, "given");
+    const auto problem =
+        store.try_next(engineering::sha256(bytes), "cold", {engineering::sha256(kOld), {}, {}, 0}, kOld, "given");
     ASSERT_FALSE(problem) << problem->message;
   }
   /// What a start takes: its image and whether it is tried.
@@ -105,6 +106,19 @@ TEST_F(Store, ATrialThatFailsSaysWhy) {
   EXPECT_EQ(files().size(), 2u) << "the image that failed is gone";
 }
 
+TEST_F(Store, WhatWasUploadedMeanwhileWaitsThoughAStartComesToNothing) {
+  auto store = open();
+  upload_and_start(*store, kNew);
+  ASSERT_TRUE(store->put("newer", "ben", kNow, good));
+  // Another one than was looked at is not started.
+  const auto refused =
+      store->try_next(engineering::sha256(kNew), "warm", {engineering::sha256(kOld), {}, {}, 0}, kOld, "given");
+  EXPECT_TRUE(refused && refused->code == Code::P7755);
+  store->wait_again();
+  EXPECT_EQ(store->waiting()->image, engineering::sha256("newer"));
+  EXPECT_EQ(next(*open()), std::pair(kOld, false));
+}
+
 TEST_F(Store, AnImageThatIsRefusedLeavesNothing) {
   auto store = open();
   ASSERT_TRUE(store->put(kNew, "anna", kNow, good));
@@ -128,7 +142,8 @@ TEST_F(Store, AProjectGoesWithItsImage) {
   EXPECT_EQ(store->put_project("<xml/>", "plant.xml").error().code, Code::P7755);
   ASSERT_TRUE(store->put(kNew, "anna", kNow, good));
   ASSERT_TRUE(store->put_project("<xml/>", "plant.xml"));
-  ASSERT_FALSE(store->try_next("warm", {engineering::sha256(kOld), {}, {}, 0}, kOld, "given"));
+  ASSERT_FALSE(
+      store->try_next(engineering::sha256(kNew), "warm", {engineering::sha256(kOld), {}, {}, 0}, kOld, "given"));
   const auto choice = store->choose(kNow);
   ASSERT_TRUE(choice && *choice);
   EXPECT_EQ((*choice)->program.project, "plant.xml");
@@ -188,7 +203,8 @@ TEST_F(Store, WhatIsKnownOfATrialIsKnownOfItsProgramAlone) {
   EXPECT_EQ(next(*store), std::pair(kNew, true));
   // It ran well, and before that is on the disk the next one is started.
   ASSERT_TRUE(store->put(kThird, "anna", kNow, good));
-  ASSERT_FALSE(store->try_next("warm", {engineering::sha256(kNew), {}, "anna", kNow}, kNew, "given"));
+  ASSERT_FALSE(store->try_next(engineering::sha256(kThird), "warm", {engineering::sha256(kNew), {}, "anna", kNow}, kNew,
+                               "given"));
   EXPECT_EQ(store->confirm(engineering::sha256(kNew)), "");
   EXPECT_EQ(store->fail(engineering::sha256(kNew), "late", kNow), "");
   EXPECT_EQ(next(*open()), std::pair(kThird, true)) << "as ever a trial";
@@ -206,7 +222,8 @@ TEST_F(Store, EveryStateOfTheDiskHasOneOfTheTwo) {
   {
     auto store = open();
     ASSERT_TRUE(store->put(kOld, "anna", kNow, good));
-    ASSERT_FALSE(store->try_next("warm", {engineering::sha256(kNew), {}, "anna", kNow}, kNew, "given"));
+    ASSERT_FALSE(store->try_next(engineering::sha256(kOld), "warm", {engineering::sha256(kNew), {}, "anna", kNow}, kNew,
+                                 "given"));
   }
   fs::copy(folder(), after, fs::copy_options::recursive);
   // Files are written in this order, and each is whole or not there at its place.
@@ -294,7 +311,8 @@ TEST(Tar, LooksAtSizesBeforeItReads) {
   write(folder / "main.st", "PROGRAM Main");
   EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000)->size(), 4u * 512);
   write(folder / "state/engineering/users.json", "{}");
-  EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000, (folder / "state").string())->size(), 4u * 512);
+  EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000, {(folder / "state").string(), ""})->size(), 4u * 512);
+  EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000, {(folder / "main.st").string()})->size(), 4u * 512);
   EXPECT_EQ(engineering::tar_of(folder.string(), 1'000'000)->size(), 6u * 512);
   write(folder / "plant.log", "");
   fs::resize_file(folder / "plant.log", 100'000'000'000);  // no block of it is on the disk

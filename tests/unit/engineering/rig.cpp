@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "tests/support/image_builder.h"
+#include "tests/support/counting_image.h"
 
 namespace plc::test {
 
@@ -32,18 +32,7 @@ bytecode::VerifiedImage engineering_image() {
   b.global("Percent", b.limited(TypeId::kInt, 0, 100), {}, outside());
   b.global("Points", b.array(point, 3, 1), {}, outside());
   b.global("Fixed", b.type(TypeId::kInt), bytes_of<std::int16_t>(77), {true, false, {}, {}});
-  const Word total = b.global("Total", dint, {}, {false, false, {}, {}, 0});
-  PouBuilder main = b.pou("Main", PouKind::kProgram);
-  const Word count = main.variable("Count", dint);
-  main.op(Opcode::kAdd32, {count, count, b.constant<std::int32_t>(TypeId::kDint, 1)});
-  main.op(Opcode::kAdd32, {total, total, b.constant<std::int32_t>(TypeId::kDint, 1)});
-  b.task("Fast", 10'000'000, {main.finish()});
-  core::Diagnostics diagnostics;
-  auto image = bytecode::verify(b.build(), diagnostics);
-  if (!image) {
-    for (const auto& found : diagnostics.all()) ADD_FAILURE() << found.message;
-  }
-  return std::move(*image);
+  return counting_image(b, 1);
 }
 
 EngineeringRig::EngineeringRig(bool secure, bool with_users, const std::string& folder, const std::string& project)

@@ -5,6 +5,7 @@
 #include <openssl/ssl.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -120,6 +121,54 @@ TEST(Server, EndsConnectionsOfSlowClients) {
   EXPECT_GE(rig.server->statistics().dropped, 5u);
 }
 
+TEST(Server, GoesOnAfterTenThousandConnectionsThatAskNothing) {
+  constexpr auto kMost = std::chrono::seconds(60);  // it takes about one
+  constexpr linger kReset{1, 0};
+  ServerRig rig;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int batch = 0; batch < 100; ++batch) {
+    std::vector<HttpClient> clients;
+    for (int i = 0; i < 100; ++i) {
+      clients.push_back(rig.connect());
+      ASSERT_TRUE(clients.back().connected()) << batch;
+      if (batch % 2 == 1) ::setsockopt(clients.back().descriptor(), SOL_SOCKET, SO_LINGER, &kReset, sizeof kReset);
+    }
+    ASSERT_LT(std::chrono::steady_clock::now() - begin, kMost) << batch;
+  }
+  HttpClient client = rig.connect();
+  EXPECT_EQ(client.ask(rig.text("GET", "/api/version")).status, 200);
+  for (int turn = 0; turn < 500 && rig.server->statistics().clients != 1; ++turn)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(rig.server->statistics().clients, 1u) << "nothing is left of the others";
+}
+
+TEST(Server, SendsAFileForAsLongAsTheLineNeeds) {
+  constexpr std::size_t kBytes = 40'000'000;
+  const ScratchFolder scratch;
+  std::ofstream(scratch.file("plant.st")) << std::string(kBytes, 'x');
+  ServerOptions options;
+  options.request_timeout_ms = 1000;
+  ServerRig rig(options);
+  rig.identity.project_path = scratch.file("plant.st");
+  HttpClient client = rig.connect();
+  const int small = 65'536;
+  constexpr timeval kPatience{60, 0};  // the file is read before
+  ::setsockopt(client.descriptor(), SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+  ::setsockopt(client.descriptor(), SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+  client.send(rig.text("GET", "/api/program/project", "engineer"));
+  std::vector<char> piece(1'000'000);
+  std::size_t got = 0;
+  std::chrono::steady_clock::time_point begin;
+  // Three times as long as a request may take that stands still.
+  while (got < kBytes) {
+    const ssize_t more = ::recv(client.descriptor(), piece.data(), piece.size(), MSG_WAITALL);
+    ASSERT_GT(more, 0) << "after " << got << " bytes";
+    if (got == 0) begin = std::chrono::steady_clock::now();
+    got += static_cast<std::size_t>(more);
+    std::this_thread::sleep_until(begin + std::chrono::milliseconds(got / 13'000));
+  }
+}
+
 TEST(Server, RefusesWhatIsTooLarge) {
   ServerRig rig;
   {
@@ -135,6 +184,19 @@ TEST(Server, RefusesWhatIsTooLarge) {
         "99999999999\r\n\r\n");
     EXPECT_EQ(answer.status, 413) << "before it is sent";
     EXPECT_EQ(Json::parse(answer.body)["code"], "P7717");
+  }
+  struct Who {
+    const char* role;
+    const char* bytes;
+    const char* code;
+  };
+  for (const Who& who :
+       {Who{"", "50000000", "P7710"}, Who{"viewer", "50000000", "P7711"}, Who{"engineer", "99999999", "P7717"}}) {
+    const std::string secret = *who.role == '\0' ? "" : "Authorization: Bearer " + rig.session(who.role) + "\r\n";
+    const HttpAnswer answer =
+        rig.connect().ask("POST /api/program/upload HTTP/1.1\r\nHost: 127.0.0.1\r\n" + secret +
+                          "Content-Type: application/octet-stream\r\nContent-Length: " + who.bytes + "\r\n\r\n");
+    EXPECT_EQ(Json::parse(answer.body)["code"], who.code) << who.role;
   }
   {
     // Pieces without an end.
@@ -305,6 +367,26 @@ TEST(Server, WrongPasswordsHoldUpNothingElse) {
   EXPECT_LT(longest, 1'000'000'000);
 }
 
+TEST(Server, AnUploadThatIsLookedAtHoldsUpNoOtherCall) {
+  std::atomic<bool> is_looked_at{false}, goes_on{false};
+  ServerRig rig;
+  rig.control.check = [&](const std::string&) {
+    is_looked_at = true;
+    while (!goes_on) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return std::string();
+  };
+  HttpClient sender = rig.connect();
+  sender.send("POST /api/program/upload HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " +
+              rig.session("engineer") + "\r\nContent-Type: application/octet-stream\r\nContent-Length: 5\r\n\r\nimage");
+  for (int turn = 0; turn < 5000 && !is_looked_at; ++turn) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  HttpClient client = rig.connect();
+  EXPECT_EQ(client.ask(rig.text("GET", "/api/machine", "viewer")).status, 200);
+  EXPECT_EQ(client.ask(rig.text("POST", "/api/forces/release", "engineer", "{}")).status, 200);
+  EXPECT_EQ(client.ask(rig.text("POST", "/api/program/stop", "engineer", "{}")).status, 200);
+  goes_on = true;
+  EXPECT_EQ(sender.receive().status, 200);
+}
+
 TEST(WebSockets, CarryValues) {
   ServerRig rig;
   HttpClient client = rig.connect();
@@ -322,6 +404,20 @@ TEST(WebSockets, CarryValues) {
   ASSERT_EQ(frame.opcode, 2);
   EXPECT_EQ(frame.bytes.substr(25), std::string("\1\0\0\0", 4));
   EXPECT_EQ(rig.server->statistics().frames, 2u);
+}
+
+TEST(WebSockets, AnswerInOrderWhatIsPreparedOnAnotherThread) {
+  ServerRig rig;
+  HttpClient client = rig.connect();
+  ASSERT_EQ(client.ask(rig.upgrade("/api/diagrams/stream", "viewer")).status, 101);
+  client.send_frame(1, R"({"pou": "Main", "points": [0]})");
+  client.send_frame(1, "no JSON");
+  EXPECT_EQ(Json::parse(client.receive_frame().bytes)["code"], "P7720") << "nothing is recorded";
+  EXPECT_EQ(Json::parse(client.receive_frame().bytes)["code"], "P7714");
+  client.send_frame(1, R"({"pou": "Main", "points": [0]})");
+  client.close();  // before the answer
+  HttpClient other = rig.connect();
+  EXPECT_EQ(other.ask(rig.text("GET", "/api/version")).status, 200);
 }
 
 TEST(WebSockets, EndWithTheirSession) {

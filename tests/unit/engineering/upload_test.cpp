@@ -59,7 +59,10 @@ TEST(Upload, OfAnImageThatCannotRunChangesNothing) {
   EXPECT_EQ(body_of(refused)["code"], "P7750");
   EXPECT_EQ(body_of(refused)["text"], rig.check_says);
   EXPECT_FALSE(rig.store->waiting());
-  EXPECT_NE(rig.audit.recent(1).at(0).find("program.refused"), std::string::npos);
+  const Json record = Json::parse(rig.audit.recent(1).at(0));
+  EXPECT_EQ(record["what"], "program.upload.failed");
+  EXPECT_EQ(record["details"],
+            (Json{{"image", engineering::sha256("an image")}, {"code", "P7750"}, {"why", rig.check_says}}));
 }
 
 TEST(Upload, MustBeSignedWhereThereAreKeys) {
@@ -147,7 +150,7 @@ TEST(Start, DuringATrialLeavesTheWayBack) {
   const std::string old(reinterpret_cast<const char*>(saved.data()), saved.size());
   const std::string hash = engineering::sha256("on trial");
   ASSERT_TRUE(rig.store->put("on trial", "engineer", 0, [](const std::string&) { return std::string(); }));
-  ASSERT_FALSE(rig.store->try_next("warm", {engineering::sha256(old), {}, {}, 0}, old, "given"));
+  ASSERT_FALSE(rig.store->try_next(hash, "warm", {engineering::sha256(old), {}, {}, 0}, old, "given"));
   const auto tried = rig.store->choose(0);
   ASSERT_TRUE(tried && *tried && (*tried)->trial);
   rig.control.running = (*tried)->program;
@@ -159,6 +162,32 @@ TEST(Start, DuringATrialLeavesTheWayBack) {
   const auto back = rig.store->choose(0);
   ASSERT_TRUE(back && *back) << "the image of the one before is there";
   EXPECT_EQ((*back)->program.image, engineering::sha256(old));
+}
+
+TEST(Start, ThatFailsIsInTheAudit) {
+  EngineeringRig rig;
+  const auto last = [&rig] {
+    const Json record = Json::parse(rig.audit.recent(1).at(0));
+    return record["user"].get<std::string>() + " " + record["what"].get<std::string>() + " " +
+           record["details"].value("code", "");
+  };
+  rig.control.set_state(ProgramControl::State::kTrial);
+  EXPECT_EQ(rig.post("/api/program/start", {{"kind", "cold"}}, "engineer").status, 409);
+  EXPECT_EQ(last(), "engineer program.start.failed P7755");
+  EXPECT_EQ(Json::parse(rig.audit.recent(1).at(0))["details"]["kind"], "cold");
+  EXPECT_EQ(rig.post("/api/program/stop", Json::object(), "engineer").status, 409);
+  EXPECT_EQ(last(), "engineer program.stop.failed P7755");
+  rig.control.store = nullptr;
+  EXPECT_EQ(rig.post_file("/api/program/store-project?name=plant.xml", "<xml/>").status, 409);
+  EXPECT_EQ(last(), "engineer program.store_project.failed P7753");
+  EXPECT_EQ(rig.post("/api/users/add", {{"user", "ben"}, {"password", "short"}, {"role", "viewer"}}, "admin").status,
+            400);
+  EXPECT_EQ(last(), "admin users.add.failed P7714");
+  EXPECT_EQ(rig.audit.recent(1).at(0).find("short"), std::string::npos) << "no password, not even a wrong one";
+  const std::size_t records = rig.audit.recent(100).size();
+  EXPECT_EQ(rig.post("/api/program/stop", Json::object(), "viewer").status, 403);
+  EXPECT_EQ(rig.post("/api/program/stop", {{"kind", 1}}, "engineer").status, 400);
+  EXPECT_EQ(rig.audit.recent(100).size(), records) << "what was no call changes nothing";
 }
 
 TEST(Start, EndsWhatTakesLong) {

@@ -118,6 +118,7 @@ constexpr Wrong kWrong[] = {
     {"EmptyPattern", "[modbus]\nexported = [\"\"]\n", "2:13 P7305"},
     {"RangeBeyond65535", "[[modbus.range]]\ntable = \"coils\"\nlast = 65536\n", "3:8 P7305"},
     {"UnknownModbusTable", "[[modbus.range]]\ntable = \"coil\"\n", "2:9 P7305"},
+    {"LatchOfAnUnknownTable", "[[modbus.range]]\ntable = \"coil\"\nlatch = true\nword_order = \"CDAB\"\n", "2:9 P7305"},
     // Missing.
     {"NoKind", "[drivers.a]\n", "1:10 P7306"},
     {"NoChip", "[drivers.a]\nkind = \"gpio\"\n", "1:10 P7306"},
@@ -228,6 +229,15 @@ TEST(ConfigurationHelp, SaysHowToMendIt) {
   EXPECT_NE(first_problem("[modbus]\nmax_clients = 2000\n").find("a whole number from 1 to 1024"), std::string::npos);
   EXPECT_NE(first_problem("[inputs]\nMain.Start = { driver = \"a\" }\n").find("\"Main.Start\" = { driver = .. }"),
             std::string::npos);
+}
+
+TEST(ConfigurationHelp, RepeatsNothingThatATerminalWouldObey) {
+  core::Diagnostics diagnostics;
+  read_configuration("[inputs]\nX = { driver = \"a\\u001b[31m\" }\n", "plc.toml", driver_types(), diagnostics);
+  ASSERT_NE(diagnostics.error_count(), 0u);
+  std::string all;
+  for (const core::Diagnostic& d : diagnostics.all()) all += diagnostics.render_one(d);
+  EXPECT_NE(all.find("[drivers.a?[31m]"), std::string::npos) << all;
 }
 
 TEST(ConfigurationLimits, DepthIsBounded) {

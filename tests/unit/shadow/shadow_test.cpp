@@ -10,6 +10,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
 
 #include "runtime/sched/simulation.h"
 #include "shadow/player.h"
@@ -110,16 +111,31 @@ TEST(Shadow, TheOldestFilesGo) {
   EXPECT_FALSE(fs::exists(scratch.file("records/plant-19700101T000000.000Z.rec")));
 }
 
-TEST(Shadow, AFolderThatCannotBeIsAProblem) {
+TEST(Shadow, AFolderThatCannotBeWrittenAtTheStartIsTriedAgain) {
   const ScratchFolder scratch;
-  std::ofstream(scratch.file("file")) << "x";
-  auto resource = runtime::Resource::load(two_tasks());
+  const std::string path = scratch.file("records");
+  std::ofstream(path) << "x";
   shadow::ShadowOptions options;
   options.folder.emplace();
-  options.folder->path = scratch.file("file");
-  const auto shadow = shadow::Shadow::start(**resource, options, {});
-  ASSERT_FALSE(shadow);
-  EXPECT_EQ(shadow.error().code, core::Code::P7631);
+  options.folder->path = path;
+  Shadowed s(options);
+  const auto said = s.shadow->messages();
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said.front().text.find("P7631: " + path), std::string::npos) << said.front().text;
+  EXPECT_EQ(s.shadow->file(), "");
+  s.simulation->run_cycles(10);
+  fs::remove(path);
+  s.simulation->run_cycles(10);
+  s.shadow->stop(true);
+  const auto files = files_of(path);
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_EQ(files.front(), s.shadow->file());
+  const auto file = shadow::RecordFile::open(files.front());
+  ASSERT_TRUE(file) << file.error().message;
+  EXPECT_GT(equal_scans(*file, files.front()), 0u);
+  const auto again = s.shadow->messages();
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_EQ(again.front().text, "the recording is written again");
 }
 
 TEST(Shadow, MemoryHasTheNewestScans) {
@@ -184,11 +200,12 @@ TEST(Shadow, AViewerSeesVariablesOfTasksAsTheyAreInThePlant) {
 /// An observer that takes long, and how often nothing came for some time.
 struct Slow : shadow::ScanObserver {
   void after_scan(const shadow::ReplicaSet&, const shadow::ObservedScan&) override {
-    if (scans != 0 && std::chrono::steady_clock::now() - last > std::chrono::milliseconds(90)) ++pauses;
+    if (scans != 0 && std::chrono::steady_clock::now() - last > pause) ++pauses;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     last = std::chrono::steady_clock::now();
     ++scans;
   }
+  std::chrono::milliseconds pause{90};
   std::chrono::steady_clock::time_point last;
   std::atomic<std::uint64_t> scans{0};
   std::atomic<int> pauses{0};
@@ -203,6 +220,45 @@ TEST(Shadow, DoesNotRestWhileItIsBehind) {
   const std::uint64_t scans = s.simulation->scans(0) + s.simulation->scans(1);
   EXPECT_TRUE(s.soon([&] { return observer.scans == scans; })) << observer.scans;
   EXPECT_LT(observer.pauses, 4);
+}
+
+TEST(Shadow, NobodyWaitsWhileReplicasAreMade) {
+  std::atomic<bool> is_making{false}, goes_on{false};
+  shadow::ShadowOptions options;
+  options.prepare = [&](runtime::Resource&) {
+    is_making = true;
+    while (!goes_on) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  Shadowed s(options);
+  s.simulation->run_cycles(10);
+  shadow::Shadow::Viewer viewer(*s.shadow);
+  const bool made_now = s.soon([&] { return is_making.load(); });
+  const auto asked = std::async(std::launch::async, [&] {
+    static_cast<void>(s.shadow->counts());
+    return viewer.read([](shadow::Follower&) {});
+  });
+  const bool answered = asked.wait_for(std::chrono::seconds(5)) == std::future_status::ready;
+  goes_on = true;
+  EXPECT_TRUE(made_now && answered);
+  EXPECT_TRUE(s.soon([&] { return viewer.read([](shadow::Follower&) {}); }));
+}
+
+TEST(Shadow, ThatIsAlwaysBehindRestsAndSaysSo) {
+  Slow observer;
+  observer.pause = std::chrono::milliseconds(40);
+  shadow::ShadowOptions options;
+  options.recording.block_bytes = 16 * 1024;
+  Shadowed s(options);
+  s.shadow->observe(observer);
+  std::vector<shadow::ShadowMessage> said;
+  // Each round has more scans than it executes meanwhile.
+  EXPECT_TRUE(s.soon([&] {
+    s.simulation->run_cycles(20);
+    for (shadow::ShadowMessage& one : s.shadow->messages()) said.push_back(std::move(one));
+    return observer.pauses > 2 && !said.empty();
+  })) << observer.pauses;
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].text.find("scans come faster"), std::string::npos) << said[0].text;
 }
 
 TEST(Shadow, ACheckNamesTheVariableThatAReplicaDoesNotHave) {

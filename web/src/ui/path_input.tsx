@@ -14,13 +14,17 @@ export function PathInput(properties: { id: string; value: string; placeholder?:
       setOffered([]);
       return undefined;
     }
+    let outdated = false;
     const timer = setTimeout(() => {
       ask(() => plc.valuesSearch({ pattern: `*${value.trim()}*`, most: 200 })).then(
-        (found) => setOffered(found.nodes.filter((node) => node.readable === true).slice(0, mostOffered).map((node) => node.path)),
+        (found) => outdated || setOffered(found.nodes.filter((node) => node.readable === true).slice(0, mostOffered).map((node) => node.path)),
         () => {},
       );
     }, 150);
-    return () => clearTimeout(timer);
+    return () => {
+      outdated = true;
+      clearTimeout(timer);
+    };
   }, [value]);
   return (
     <>
