@@ -16,6 +16,19 @@ function(plc_precompile target)
   endif()
 endfunction()
 
+# plc_compile_small(target): for its size, in releases. WHY not all: engines and the reading of large projects are slower so.
+# The first such target compiles the common headers with these options.
+function(plc_compile_small target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release,None>:-Os>)
+  get_property(first GLOBAL PROPERTY PLC_FIRST_SMALL)
+  if(first)
+    target_precompile_headers(${target} REUSE_FROM ${first})
+  else()
+    target_precompile_headers(${target} PRIVATE ${PLC_COMMON_HEADERS})
+    set_property(GLOBAL PROPERTY PLC_FIRST_SMALL ${target})
+  endif()
+endfunction()
+
 # plc_gtest(target): the target runs GoogleTest; test_core, the first of them, compiles the headers of tests.
 function(plc_gtest target)
   target_link_libraries(${target} PRIVATE GTest::gtest GTest::gtest_main)
