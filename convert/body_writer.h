@@ -38,7 +38,7 @@ class AddedVariables {
   /// A new variable for a value.
   std::optional<std::string> temporary(ir::TypeRef type);
   /// A name that nothing else has which bodies of the owner see, and that nothing gets after it: `wish`, or with a
-  /// number behind it.
+  /// number after it.
   std::string unused(const std::string& wish);
   [[nodiscard]] const std::vector<AddedVariable>& all() const { return all_; }
 

@@ -172,6 +172,15 @@ class External : public testing::Test {
   bool shows(const std::string& path, const std::string& wanted) {
     return soon([&] { return value(path) == wanted; });
   }
+  /// The device is there, and has what the program wants.
+  void run_rack() {
+    ASSERT_EQ(make(kRack + kChannels), "");
+    ASSERT_EQ(driver_->check(), std::nullopt);
+    ASSERT_EQ(driver_->open(), std::nullopt);
+    resource_->program(0).execute({});
+    driver_->start();
+    ASSERT_TRUE(wrote({200, 1}));
+  }
   bool wrote(const std::vector<double>& wanted) {
     return soon([&] { return device.locked([] { return device.written; }) == wanted; });
   }
@@ -228,12 +237,7 @@ TEST_F(External, ExchangesNumbersAndDrivesInitialAndSafeValues) {
 }
 
 TEST_F(External, OneErrorIsNoLossAndALostDeviceComesBack) {
-  ASSERT_EQ(make(kRack + kChannels), "");
-  ASSERT_EQ(driver_->check(), std::nullopt);
-  ASSERT_EQ(driver_->open(), std::nullopt);
-  resource_->program(0).execute({});
-  driver_->start();
-  ASSERT_TRUE(wrote({200, 1}));
+  ASSERT_NO_FATAL_FAILURE(run_rack());
   device.locked([] { return device.failing = 3; });
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(driver_->status().losses, 0u);
@@ -257,12 +261,7 @@ TEST_F(External, OneErrorIsNoLossAndALostDeviceComesBack) {
 }
 
 TEST_F(External, ADeviceThatTakesWritesAloneIsLostAndEndsSafe) {
-  ASSERT_EQ(make(kRack + kChannels), "");
-  ASSERT_EQ(driver_->check(), std::nullopt);
-  ASSERT_EQ(driver_->open(), std::nullopt);
-  resource_->program(0).execute({});
-  driver_->start();
-  ASSERT_TRUE(wrote({200, 1}));
+  ASSERT_NO_FATAL_FAILURE(run_rack());
   device.locked([] { return device.readable = false; });
   EXPECT_TRUE(shows("Good", "0")) << "its inputs stand still";
   EXPECT_TRUE(soon([&] { return said_.find("rack: the device is lost: nothing to read") != std::string::npos; }))

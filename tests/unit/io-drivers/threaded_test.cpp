@@ -69,7 +69,8 @@ class SlowDevice final : public io::Driver {
   core::MonotonicClock clock_;
 };
 
-TEST(Threaded, ASlowDeviceLeavesItsTaskAlone) {
+/// A task of 1 ms whose program copies `in` to `out`.
+auto copy_in_to_out() {
   ImageBuilder b;
   const std::uint32_t dint = b.type(TypeId::kDint);
   const Word in = b.global("in", dint, {}, {.input = true});
@@ -77,7 +78,11 @@ TEST(Threaded, ASlowDeviceLeavesItsTaskAlone) {
   PouBuilder main = b.pou("Main", PouKind::kProgram);
   main.op(Opcode::kMove32, {out, in});
   b.task("Cyclic", 1'000'000, {main.finish()});
-  const auto resource = load(b);
+  return load(b);
+}
+
+TEST(Threaded, ASlowDeviceLeavesItsTaskAlone) {
+  const auto resource = copy_in_to_out();
   ASSERT_NE(resource, nullptr);
   SlowDevice::Seen seen;
   io::ThreadedDriver driver(std::make_unique<SlowDevice>(*resource, seen), 1'000'000);
@@ -106,14 +111,7 @@ TEST(Threaded, ASlowDeviceLeavesItsTaskAlone) {
 }
 
 TEST(Threaded, ALongPollHoldsUpNoEnd) {
-  ImageBuilder b;
-  const std::uint32_t dint = b.type(TypeId::kDint);
-  b.global("in", dint, {}, {.input = true});
-  const Word out = b.global("out", dint);
-  PouBuilder main = b.pou("Main", PouKind::kProgram);
-  main.op(Opcode::kMove32, {out, out});
-  b.task("Cyclic", 1'000'000, {main.finish()});
-  const auto resource = load(b);
+  const auto resource = copy_in_to_out();
   ASSERT_NE(resource, nullptr);
   SlowDevice::Seen seen;
   io::ThreadedDriver driver(std::make_unique<SlowDevice>(*resource, seen), 600'000'000'000);
