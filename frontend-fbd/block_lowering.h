@@ -272,14 +272,19 @@ struct BlockLowering {
                "inputs are " + list(ports, Direction::kInput));
       return nullptr;
     }
-    if (input.wire_count > 0) warn_of_place(*port, pin, "input");
+    if (input.wire_count > 0 || !pin.expression.empty()) warn_of_place(*port, pin, "input");
     return port;
   }
 
-  /// The output port of a drawn pin. Nothing, and reported, when its place is beyond the last one.
+  /// The output port of a drawn pin. Nothing, and reported, when its place is beyond the last one or another pin has
+  /// it.
   const Port* output_port(const std::vector<Port>& ports, std::uint16_t pin) {
     const plcopen::Pin& drawn = e.outputs[pin];
     const Port* port = find_port(ports, Direction::kOutput, drawn.name, output_position(e, pin));
+    const bool taken =
+        port != nullptr && !drawn.name.empty() && !is_named(*port, drawn.name) &&
+        std::any_of(e.outputs.begin(), e.outputs.end(), [&](const auto& p) { return is_named(*port, p.name); });
+    if (taken) port = nullptr;
     if (port == nullptr) {
       b.report(Code::P3011, drawn.at, title() + " has no output \"" + drawn.name + "\"",
                "outputs are " + list(ports, Direction::kOutput));
@@ -343,8 +348,10 @@ struct BlockLowering {
   std::optional<PlaceId> in_out_place(const Input& input, const Port& port) {
     if (port.constant) return constant_place(input, port);
     const std::string what = name_of(port);
-    if (has_modifiers(*input.pin)) {
-      b.report(Code::P3012, input.pin->at, what + " has a negation, an edge or a storage",
+    const bool at_pin = has_modifiers(*input.pin);
+    if (at_pin || (input.wire_count == 1 && d.is_modified_variable(d.graph().wires[input.first_wire].from))) {
+      b.report(Code::P3012, input.pin->at,
+               what + (at_pin ? " has" : " is wired to a variable with") + " a negation, an edge or a storage",
                "an in-out is the variable itself: negate what is read from it");
       return std::nullopt;
     }
@@ -435,8 +442,9 @@ struct BlockLowering {
   void lower_standard_function();
   /// True when the function gives a BOOL for these operands.
   bool is_power(std::span<const stdlib::Overload> candidates, const std::vector<Operand>& operands);
-  /// Drawn pins go to the parameters they name, if all names are known and different; else by position.
-  static void place_by_name(const stdlib::FunctionSpec& spec, std::vector<std::pair<std::size_t, const Input*>>& order);
+  /// Drawn pins go to the parameters they name, the others to those that are left, in the order of the drawing. False,
+  /// and reported, when two pins have one name.
+  bool place_by_name(const stdlib::FunctionSpec& spec, std::vector<std::pair<std::size_t, const Input*>>& order);
 
   // ---- EXECUTE boxes, and what the block is (lower_block.cpp) ----
 

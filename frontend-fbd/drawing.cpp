@@ -245,7 +245,8 @@ Incoming Drawing::read_input(const Input& input) {
     if (operand) in.operand = *operand;
   }
   if (!in.is_value() || (!pin.negated && pin.edge == Edge::kNone && pin.storage == Storage::kNone)) return in;
-  const auto flow = builder_.convert(in.operand, ir::kBoolType, "pin \"" + pin.name + "\" with a modifier");
+  const std::string what = pin.name.empty() ? "the input" : "pin \"" + pin.name + "\"";
+  const auto flow = bool_to_modify(in.operand, pin.at, what);
   if (!flow) {
     in.state = Incoming::State::kPoison;
     return in;
@@ -253,6 +254,19 @@ Incoming Drawing::read_input(const Input& input) {
   in.operand =
       Operand::of(modify(*flow, pin.negated, pin.edge, pin.storage, pin.name.empty() ? "pin" : pin.name), pin.at);
   return in;
+}
+
+std::optional<ValueId> Drawing::bool_to_modify(const Operand& operand, const core::SourceRef& at,
+                                               const std::string& what) {
+  if (is_bool(operand)) return operand.value;
+  if (operand.kind != Operand::Kind::kValue) {
+    return builder_.convert(operand, ir::kBoolType, what + " with a modifier");
+  }
+  builder_.report(
+      Code::P3023, at,
+      what + " has a modifier but type " + builder_.module().types.name_of(builder_.type_of(operand.value)),
+      "negation, edges and storage need BOOL; a NOT block negates the bits of a BYTE, WORD, DWORD or LWORD");
+  return std::nullopt;
 }
 
 std::optional<ValueId> Drawing::read_bool(const Input& input, NodeId reader) {
@@ -264,37 +278,57 @@ std::optional<ValueId> Drawing::read_bool(const Input& input, NodeId reader) {
                           "power flow into " + std::string(core::element_word(e.kind)) + " \"" + e.text + "\"");
 }
 
-std::optional<PlaceId> Drawing::place_of_source(const OutRef& out, bool for_writing, std::size_t steps) {
+std::optional<Drawing::Variable> Drawing::variable_behind(OutRef out) const {
+  bool modified = false;
   // In-outs wired to themselves, at once or around, lead to no variable.
-  if (steps > graph_.nodes.size()) return std::nullopt;
-  const plcopen::Element& e = element(out.node);
-  switch (e.kind) {
-    case ElementKind::kInVariable:
-    case ElementKind::kInOutVariable:
-      if (!st::is_variable_text(e.text)) return std::nullopt;
-      return st::lower_place(e.text, e.text_at, builder_, for_writing);
-    case ElementKind::kConnector:
-    case ElementKind::kContinuation:
-      for (const Input& input : inputs(out.node)) {
-        if (input.wire_count == 1) return place_of_source(graph_.wires[input.first_wire].from, for_writing, steps + 1);
+  for (std::size_t steps = 0; steps <= graph_.nodes.size(); ++steps) {
+    const plcopen::Element& e = element(out.node);
+    std::string_view left;  // of a block: the name of the in-out, whose right side is the variable on its left
+    const plcopen::Pin* in_out = nullptr;  // the same, where it is drawn as one pin
+    switch (e.kind) {
+      case ElementKind::kInVariable:
+        modified = modified || e.negated || e.edge != Edge::kNone || e.storage != Storage::kNone;
+        return Variable{e.text, e.text_at, modified};
+      case ElementKind::kInOutVariable:
+        modified = modified || e.negated_out || e.edge_out != Edge::kNone || e.storage_out != Storage::kNone;
+        return Variable{e.text, e.text_at, modified};
+      case ElementKind::kConnector:
+      case ElementKind::kContinuation:
+        break;
+      case ElementKind::kBlock: {
+        if (out.kind != OutRef::Kind::kInOut && out.kind != OutRef::Kind::kPin) return std::nullopt;
+        const plcopen::Pin& pin = out.kind == OutRef::Kind::kInOut ? e.in_outs[out.pin] : e.outputs[out.pin];
+        modified = modified || pin.negated || pin.edge != Edge::kNone || pin.storage != Storage::kNone;
+        left = pin.name;
+        if (out.kind == OutRef::Kind::kInOut) in_out = &pin;
+        break;
       }
-      return std::nullopt;
-    case ElementKind::kBlock: {
-      // The right side of an in-out pin is the variable on its left side.
-      const std::string* name = out.kind == OutRef::Kind::kInOut ? &e.in_outs[out.pin].name
-                                : out.kind == OutRef::Kind::kPin ? &e.outputs[out.pin].name
-                                                                 : nullptr;
-      if (name == nullptr) return std::nullopt;
-      for (const Input& input : inputs(out.node)) {
-        if (core::iequals(input.pin->name, *name) && input.wire_count == 1) {
-          return place_of_source(graph_.wires[input.first_wire].from, for_writing, steps + 1);
-        }
-      }
-      return std::nullopt;
+      default:
+        return std::nullopt;
     }
-    default:
-      return std::nullopt;
+    const auto own = inputs(out.node);
+    const auto input = std::find_if(own.begin(), own.end(), [&](const Input& i) {
+      if (i.wire_count != 1 && (i.wire_count != 0 || i.pin->expression.empty())) return false;
+      if (in_out != nullptr) return i.pin == in_out;
+      return e.kind != ElementKind::kBlock || (!left.empty() && core::iequals(i.pin->name, left));
+    });
+    if (input == own.end()) return std::nullopt;
+    if (input->wire_count == 0) return Variable{input->pin->expression, input->pin->at, modified};
+    out = graph_.wires[input->first_wire].from;
   }
+  return std::nullopt;
+}
+
+std::optional<PlaceId> Drawing::place_of_source(const OutRef& out, bool for_writing) {
+  const auto variable = variable_behind(out);
+  if (!variable || variable->modified) return std::nullopt;
+  if (!st::is_variable_text(variable->text)) return std::nullopt;
+  return st::lower_place(variable->text, variable->at, builder_, for_writing);
+}
+
+bool Drawing::is_modified_variable(const OutRef& out) const {
+  const auto variable = variable_behind(out);
+  return variable && variable->modified;
 }
 
 // ---- what is read and written ------------------------------------------------------------------------------------
@@ -319,6 +353,7 @@ void Drawing::finish() {
   }
   warn_double_writes();
   warn_order_of_writes();
+  refuse_memory();
   warn_of_edges();
 }
 

@@ -77,8 +77,10 @@ class Drawing {
   void publish_poison(const OutRef& out);
   [[nodiscard]] bool has_reader(const OutRef& out) const;
   /// The place of the variable that an output gives (inVariable, inOutVariable, in-out pin), for in-out connections.
-  /// `steps`: outputs passed on the way here.
-  std::optional<ir::PlaceId> place_of_source(const OutRef& out, bool for_writing = true, std::size_t steps = 0);
+  /// Nothing where it is modified on the way.
+  std::optional<ir::PlaceId> place_of_source(const OutRef& out, bool for_writing = true);
+  /// True when what an output gives is a variable with a negation, an edge or a storage on the way.
+  [[nodiscard]] bool is_modified_variable(const OutRef& out) const;
 
   // ---- modifiers: the memory they need is hidden ----
 
@@ -131,6 +133,12 @@ class Drawing {
     OutRef out;
     const plcopen::Pin* pin;
   };
+  /// A variable that in-outs work on, and whether something modifies it before them.
+  struct Variable {
+    std::string text;
+    core::SourceRef at;
+    bool modified;
+  };
   struct LabelState {
     ir::LabelId label;
     NodeId first_jump = kNoNode;
@@ -142,9 +150,13 @@ class Drawing {
   /// The outputs of an element at which a variable is drawn.
   [[nodiscard]] std::span<const Target> targets(NodeId node) const;
   [[nodiscard]] std::uint32_t slot_index(const OutRef& out) const;
+  [[nodiscard]] std::optional<Variable> variable_behind(OutRef out) const;
   Incoming read_slot(const OutRef& out, const core::SourceRef& at);
   Incoming read_input(const Input& input);
   Incoming read_wire(const Wire& wire);
+  /// What negation, edges and storage work on. Nothing, and reported, for other types than BOOL.
+  std::optional<ir::ValueId> bool_to_modify(const ir::Operand& operand, const core::SourceRef& at,
+                                            const std::string& what);
   Incoming read_feedback(const OutRef& out);
   std::optional<ir::TypeRef> infer_type(const OutRef& out, unsigned depth);
   std::optional<ir::TypeRef> expected_type(const OutRef& out, unsigned depth);
@@ -152,11 +164,14 @@ class Drawing {
   std::optional<ir::TypeRef> type_of_text(const std::string& text, const core::SourceRef& at);
   std::optional<ir::TypeRef> type_of_input(NodeId node, const Input& input, unsigned depth);
   std::uint32_t keep_for_feedback(const OutRef& out, ir::TypeRef type);
+  std::vector<ir::InitItem> before_first_scan(const OutRef& out, ir::TypeRef type);
   void warn_double_writes();
   bool warn_coils_of_one_address(std::span<const Write* const> coils);
   void warn_order_of_writes();
 
   // modifiers.cpp
+  /// Edges and storage in a function, which has no memory for them (P3026).
+  void refuse_memory();
   /// Negation together with an edge (P3027), falling edges in the first scan (P3028): where tools differ.
   void warn_of_edges();
 

@@ -33,6 +33,17 @@ bool wants_power(const Element& reader, const Pin& pin) {
   }
 }
 
+/// Elements that take no wire: what would come by it, nobody reads.
+bool has_input(ElementKind kind) {
+  return kind != ElementKind::kInVariable && kind != ElementKind::kLeftRail && kind != ElementKind::kLabel;
+}
+
+/// Elements of which the first input counts.
+bool has_one_input(ElementKind kind) {
+  return kind == ElementKind::kOutVariable || kind == ElementKind::kInOutVariable || kind == ElementKind::kConnector ||
+         kind == ElementKind::kJump || kind == ElementKind::kReturn;
+}
+
 class Resolver {
  public:
   Resolver(Graph& graph, std::string_view pou, core::Diagnostics& diagnostics, ir::Builder* types)
@@ -61,6 +72,29 @@ class Resolver {
   }
 
   void add_input(const Element& element, const Pin& pin) {
+    if (!has_input(element.kind)) {
+      if (!pin.connections.empty()) {
+        report(Code::P3003, pin.at,
+               "wire leads to " + std::string(core::element_word(element.kind)) + " " +
+                   std::to_string(element.at.local_id) + ", which has no input",
+               "the wire is left out; draw it again");
+      }
+      graph_.inputs.push_back({&pin, static_cast<std::uint32_t>(graph_.wires.size()), 0});
+      return;
+    }
+    if (has_one_input(element.kind) && &pin != element.inputs.data() && !pin.connections.empty()) {
+      report(Code::P3013, pin.at,
+             std::string(core::element_word(element.kind)) + " " + std::to_string(element.at.local_id) +
+                 " has several inputs, and wires at more than the first",
+             "wire all to one input, where they are OR of BOOL");
+    }
+    if (!pin.expression.empty() && !pin.connections.empty()) {
+      report(Code::P3013, pin.at,
+             "a wire and the text \"" + pin.expression + "\" meet at " +
+                 (pin.name.empty() ? "the input" : "pin \"" + pin.name + "\"") + " of a " +
+                 std::string(core::element_word(element.kind)),
+             "which of them is meant cannot be told: delete the text or the wire");
+    }
     Input input{&pin, static_cast<std::uint32_t>(graph_.wires.size()), 0};
     add_wires(element, pin, graph_.wires);
     input.wire_count = static_cast<std::uint32_t>(graph_.wires.size()) - input.first_wire;

@@ -63,7 +63,7 @@ void Drawing::lower_in_variable(NodeId node) {
   note_read(*operand, node);
   builder_.probe(key_of(node), *operand);
   if (!e.negated && e.edge == Edge::kNone && e.storage == Storage::kNone) return publish(out, *operand);
-  const auto value = builder_.convert(*operand, ir::kBoolType, "inVariable \"" + e.text + "\" with a modifier");
+  const auto value = bool_to_modify(*operand, e.at, "inVariable \"" + e.text + "\"");
   if (!value) return publish_poison(out);
   publish(out, modify(*value, e.negated, e.edge, e.storage, e.text));
 }

@@ -1,4 +1,6 @@
 // Functions in drawings: standard ones, those of the project, of queues, with several outputs; array bounds; DELAY.
+#include <charconv>
+
 #include "frontend-fbd/block_lowering.h"
 
 namespace plc::fbd {
@@ -298,7 +300,7 @@ void BlockLowering::lower_standard_function() {
   for (const Input& input : d.inputs(node)) {
     if (!is_enable_name(input.pin->name)) order.emplace_back(drawn++, &input);
   }
-  place_by_name(spec, order);
+  good = place_by_name(spec, order) && good;
   const auto not_connected = [&](const Input& input) {
     b.report(Code::P3010, input.pin->at, "input \"" + input.pin->name + "\" of " + title() + " is not connected",
              "a function needs all its inputs: wire it, or give it a constant");
@@ -368,24 +370,68 @@ bool BlockLowering::is_power(std::span<const stdlib::Overload> candidates, const
   return true;
 }
 
-void BlockLowering::place_by_name(const stdlib::FunctionSpec& spec,
+namespace {
+
+/// In1, In2 .. as CODESYS counts the pins of all operators, or In2, In3 .. with EN before them: a count, no names.
+bool are_counted(const std::vector<std::pair<std::size_t, const Input*>>& order) {
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::string_view name = order[i].second->pin->name;
+    if (name.size() < 3 || !core::iequals(name.substr(0, 2), "IN")) return false;
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(name.data() + 2, name.data() + name.size(), number);
+    if (error != std::errc() || end != name.data() + name.size()) return false;
+    if (i == 0) first = number;
+    if (number != first + i) return false;
+  }
+  return first == 1 || first == 2;
+}
+
+}  // namespace
+
+bool BlockLowering::place_by_name(const stdlib::FunctionSpec& spec,
                                   std::vector<std::pair<std::size_t, const Input*>>& order) {
-  if (order.size() > stdlib::kMaxArguments) return;  // refused by the call
-  std::vector<std::pair<std::size_t, const Input*>> named;
+  if (order.size() < spec.param_count || order.size() > stdlib::kMaxArguments) return true;  // refused later
+  std::vector<const Input*> at(order.size(), nullptr);                                       // by parameter
+  std::vector<const Input*> unnamed;
+  bool moved = false;
+  const Input* twice = nullptr;
   for (const auto& [position, input] : order) {
-    for (std::size_t i = 0; i < order.size(); ++i) {
+    std::size_t i = 0;
+    for (; i < order.size(); ++i) {
       const std::string_view alias = stdlib::pin_alias(spec, i);
       const bool other = !alias.empty() && core::iequals(alias, input->pin->name);
-      if (!other && !core::iequals(stdlib::pin_name(spec, i), input->pin->name)) continue;
-      named.emplace_back(i, input);
-      break;
+      if (other || core::iequals(stdlib::pin_name(spec, i), input->pin->name)) break;
+    }
+    if (i == order.size()) {
+      unnamed.push_back(input);
+    } else if (at[i] != nullptr) {
+      twice = input;
+    } else {
+      at[i] = input;
+      moved = moved || i != position;
     }
   }
-  std::sort(named.begin(), named.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
-  const bool distinct = std::adjacent_find(named.begin(), named.end(), [](const auto& x, const auto& y) {
-                          return x.first == y.first;
-                        }) == named.end();
-  if (named.size() == order.size() && distinct) order = std::move(named);
+  if (are_counted(order) && !unnamed.empty()) return true;
+  if (twice != nullptr) {
+    b.report(Code::P3011, twice->pin->at, "input \"" + twice->pin->name + "\" of " + title() + " is drawn twice",
+             "delete one of the pins");
+    return false;
+  }
+  if (!moved) return true;
+  // What has no name of the function is left for the places that no other pin names.
+  auto next = unnamed.begin();
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool named = at[i] != nullptr;
+    if (!named) at[i] = *next++;
+    order[i] = {i, at[i]};
+    if (named || at[i]->pin->name.empty()) continue;
+    b.report(Code::P3025, at[i]->pin->at,
+             title() + " has no input \"" + at[i]->pin->name + "\"; beside the pins with names it is read as \"" +
+                 stdlib::pin_name(spec, i) + "\"",
+             "correct the name of the pin");
+  }
+  return true;
 }
 
 }  // namespace plc::fbd

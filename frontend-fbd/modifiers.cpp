@@ -51,6 +51,31 @@ void Drawing::write_bool(PlaceId place, ValueId value, Storage storage) {
   }
 }
 
+void Drawing::refuse_memory() {
+  if (builder_.pou().kind != ir::PouKind::kFunction) return;
+  for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
+    const Element& e = element(n);
+    // What a coil or outVariable sets and resets is the variable itself.
+    const bool writes = e.kind == core::ElementKind::kCoil || e.kind == core::ElementKind::kOutVariable ||
+                        e.kind == core::ElementKind::kInOutVariable;
+    const auto refuse = [&](Edge edge, Storage storage, const core::SourceRef& at, const std::string& what) {
+      if (edge == Edge::kNone && storage == Storage::kNone) return;
+      builder_.report(Code::P3026, at,
+                      what + (edge != Edge::kNone ? " has an edge" : " has a storage") +
+                          " and is drawn in a function, which keeps nothing from call to call",
+                      "make it a function block");
+    };
+    const std::string own = std::string(core::element_word(e.kind)) + " \"" + e.text + "\"";
+    refuse(e.edge, writes ? Storage::kNone : e.storage, e.at, own);
+    refuse(e.edge_out, e.storage_out, e.at, own);
+    for (const auto* pins : {&e.inputs, &e.outputs}) {
+      for (const plcopen::Pin& pin : *pins) {
+        refuse(pin.edge, pin.storage, pin.at, "pin \"" + pin.name + "\" of " + e.text);
+      }
+    }
+  }
+}
+
 void Drawing::warn_of_edges() {
   const bool beremiz = options_.compat == core::Compat::kBeremiz;
   core::SourceRef falling;  // the first

@@ -66,6 +66,7 @@ class Orderer {
         place(n, Reason::kDocument);
       }
     } else {
+      warn_of_places();
       place_networks();
     }
     place_rails(ElementKind::kRightRail);
@@ -78,6 +79,8 @@ class Orderer {
     NodeId node;
     std::uint32_t wire;  ///< into Graph::wires
   };
+  /// Of a network: title group, then the top-most corner.
+  using NetworkKey = std::tuple<std::uint32_t, std::int32_t, std::int32_t, NodeId>;
 
   /// Variables that a block writes to: their place is that of the block, unless the file gives them one.
   [[nodiscard]] bool is_output(NodeId n) const {
@@ -195,10 +198,9 @@ class Orderer {
         if (!is_rail(graph_.element(wire.from.node).kind)) parent_[root(n)] = root(wire.from.node);
       }
     }
-    using NetworkKey =
-        std::tuple<std::uint32_t, std::int32_t, std::int32_t, NodeId>;  // title group, then the top-most corner
     constexpr NetworkKey kLast{0xffffffffu, INT32_MAX, INT32_MAX, kNoNode};
     std::vector<NetworkKey> keys(count, kLast);
+    std::vector<std::int64_t> bottoms(count, INT64_MIN);
     for (NodeId n = 0; n < count; ++n) {
       const Element& e = graph_.element(n);
       if (is_rail(e.kind)) continue;
@@ -208,10 +210,13 @@ class Orderer {
       y = std::min(y, ey);
       x = std::min(x, ex);
       document = std::min(document, en);
+      std::int64_t& bottom = bottoms[root(n)];
+      bottom = std::max(bottom, std::int64_t{ey} + std::max(e.height, 0));
     }
     for (NodeId n = 0; n < count; ++n) {
       if (!is_rail(graph_.element(n).kind) && root(n) == n) networks_.push_back(n);
     }
+    head_networks(keys, bottoms);
     std::sort(networks_.begin(), networks_.end(), [&](NodeId a, NodeId b) { return keys[a] < keys[b]; });
     std::vector<std::uint32_t> number(count, 0);
     for (std::uint32_t i = 0; i < networks_.size(); ++i) number[networks_[i]] = i + 1;
@@ -222,6 +227,35 @@ class Orderer {
       members_[network_of_[n] - 1].push_back(n);
     }
     sequence_.network_count = static_cast<std::uint32_t>(networks_.size());
+  }
+
+  /// A label heads a network, and no wire tells which. Among titles it comes first in its group; drawn to the left of a
+  /// network and lower than the top of it, it heads that one, unless the next below is nearer.
+  void head_networks(std::vector<NetworkKey>& keys, const std::vector<std::int64_t>& bottoms) {
+    std::vector<NodeId> labels;
+    std::vector<NodeId> others;
+    for (NodeId n : networks_) (graph_.element(n).kind == ElementKind::kLabel ? labels : others).push_back(n);
+    if (labels.empty()) return;
+    std::sort(others.begin(), others.end(), [&](NodeId a, NodeId b) { return keys[a] < keys[b]; });
+    // How far down the first i of them reach: above a label that is lower than that, none is beside it.
+    std::vector<std::int64_t> reach(others.size() + 1, INT64_MIN);
+    for (std::size_t i = 0; i < others.size(); ++i) reach[i + 1] = std::max(reach[i], bottoms[others[i]]);
+    for (NodeId label : labels) {
+      const auto [group, y, x, document] = keys[label];
+      if (group != 0) keys[label] = {group, INT32_MIN, INT32_MIN, document};
+      if (group != 0 || !positioned_) continue;
+      const auto next = std::partition_point(others.begin(), others.end(), [&, y = y](NodeId n) {
+        return std::get<0>(keys[n]) == 0 && std::get<1>(keys[n]) <= y;
+      });
+      auto beside = static_cast<std::size_t>(next - others.begin());
+      while (reach[beside] >= y && (bottoms[others[beside - 1]] < y || std::get<2>(keys[others[beside - 1]]) < x))
+        --beside;
+      if (reach[beside] < y) continue;
+      const std::int32_t top = std::get<1>(keys[others[beside - 1]]);
+      const bool nearer_below = next != others.end() && std::get<0>(keys[*next]) == 0 &&
+                                std::int64_t{std::get<1>(keys[*next])} - y < std::int64_t{y} - top;
+      if (!nearer_below) keys[label] = {0, top, INT32_MIN, document};
+    }
   }
 
   // ---- pulling: what acts among the feeders first, depth first; a wire back into what is being pulled is a loop ----
@@ -288,6 +322,54 @@ class Orderer {
       return graph_.element(a).execution_order < graph_.element(b).execution_order;
     });
     for (NodeId n : ordered) pull(n, Reason::kExecutionOrderId, Reason::kFeedsOrdered, true);
+    if (ordered.empty()) return;
+    warn_of_late_jumps();
+    warn_of_zero();
+  }
+
+  /// One 0 among ids is the first of them in tools that count from 0; others write 0 at all elements without an id.
+  void warn_of_zero() {
+    const Element* zero = nullptr;
+    for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
+      const Element& e = graph_.element(n);
+      if (!e.order_zero) continue;
+      if (std::exchange(zero, &e) != nullptr) return;
+    }
+    if (zero == nullptr) return;
+    diagnostics_.report(Code::P3018, zero->at, pou_,
+                        std::string(core::element_word(zero->kind)) + (zero->text.empty() ? "" : " ") + zero->text +
+                            " has executionOrderId 0, which counts as none: it comes after all elements that have one",
+                        "where it is meant to be the first, count from 1");
+  }
+
+  /// Jumps without an executionOrderId come after all that has one: they skip nothing of it, wherever they are drawn.
+  void warn_of_late_jumps() {
+    for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
+      const Element& e = graph_.element(n);
+      const bool jumps = e.kind == ElementKind::kJump || e.kind == ElementKind::kReturn;
+      if (!jumps || e.execution_order > 0) continue;
+      diagnostics_.report(Code::P3018, e.at, pou_,
+                          std::string(core::element_word(e.kind)) + (e.text.empty() ? "" : " to \"" + e.text + "\"") +
+                              " has no executionOrderId: it comes after all elements that have one, and skips none",
+                          "give an executionOrderId to the jumps, returns and labels of the body, too");
+    }
+  }
+
+  /// Where others are drawn somewhere, what has no place counts as drawn at the left upper corner.
+  void warn_of_places() {
+    const Element* first = nullptr;
+    std::size_t count = 0;
+    for (NodeId n = 0; n < graph_.nodes.size(); ++n) {
+      const Element& e = graph_.element(n);
+      if (!positioned_ || e.has_position || is_rail(e.kind) || placed_[n]) continue;
+      if (count++ == 0) first = &e;
+    }
+    if (first == nullptr) return;
+    diagnostics_.report(Code::P3018, first->at, pou_,
+                        std::string(core::element_word(first->kind)) + (first->text.empty() ? "" : " ") + first->text +
+                            (count > 1 ? " and " + std::to_string(count - 1) + " more have" : " has") +
+                            " no position, and others have: taken as drawn at the left upper corner",
+                        "draw it where it is to be executed, or give it an executionOrderId");
   }
 
   // ---- drawing order: networks, then data flow, ties top to bottom, left to right ----

@@ -102,6 +102,9 @@ const Port* find_port(const std::vector<Port>& ports, Direction direction, std::
   for (const Port& port : ports) {
     if (port.direction == direction && is_named(port, pin)) return &port;
   }
+  // Editors call the result of a function OUT.
+  const bool result = direction == Direction::kOutput && !ports.empty() && ports.front().result;
+  if (result && core::iequals(pin, "OUT")) return &ports.front();
   std::size_t seen = 0;
   for (const Port& port : ports) {
     if (port.direction == direction && !is_enabling(port) && seen++ == position) return &port;
@@ -212,6 +215,22 @@ std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Elem
   const Port* port = find_port(*ports, Direction::kInput, pin.name, input_position(block, pin));
   if (port == nullptr || builder.module().types[port->type].open) return std::nullopt;
   return port->type;
+}
+
+std::vector<ir::InitItem> initial_of_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin,
+                                            ir::TypeRef type) {
+  const ir::Module& module = builder.module();
+  const ir::Pou* pou = nullptr;
+  if (const auto named = named_call(builder, block)) {
+    const ir::Type& instance = module.types[named->type];
+    if (instance.kind == ir::TypeKind::kPou) pou = &module.pous[instance.pou];
+  } else if (const auto found = module.pou_by_name.find(block.text); found != module.pou_by_name.end()) {
+    pou = &module.pous[found->second];
+  }
+  if (pou == nullptr) return {};
+  const auto ports = ports_of_function(module, *pou);
+  const Port* port = find_port(ports, Direction::kOutput, block.outputs[pin].name, output_position(block, pin));
+  return port == nullptr || port->type != type ? std::vector<ir::InitItem>{} : pou->variables[port->index].initial;
 }
 
 std::optional<ir::PlaceId> instance_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin) {

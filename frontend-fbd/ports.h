@@ -34,8 +34,8 @@ std::vector<Port> ports_of_bundle(const stdlib::BundleSpec& bundle);
 /// Whether a drawn pin has the name or the alias of `port`, in any letter case.
 bool is_named(const Port& port, std::string_view pin);
 
-/// The port a drawn pin means: by name or alias, case-insensitive; else the `position`-th of that direction. Null when
-/// there is none.
+/// The port a drawn pin means: by name or alias, case-insensitive; OUT, where nothing is called so, the result of a
+/// function; else the `position`-th of that direction. Null when there is none.
 const Port* find_port(const std::vector<Port>& ports, stdlib::Direction direction, std::string_view pin,
                       std::size_t position);
 
@@ -76,8 +76,13 @@ std::string_view type_name(ir::Builder& builder, std::string_view name);
 /// nothing for others (no report).
 std::optional<ir::TypeRef> type_of_pin(ir::Builder& builder, const plcopen::Element& block, const plcopen::Pin& pin);
 
-/// The memory of output `pin` of a drawn function block instance; nothing for functions and unknown blocks (no
-/// report).
+/// What output `pin` of a drawn block begins with by its declaration in the project, when it has type `type`; empty =
+/// the default of the type.
+std::vector<ir::InitItem> initial_of_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin,
+                                            ir::TypeRef type);
+
+/// The memory of output `pin` of a drawn function block instance that is a variable of the POU; nothing for others,
+/// functions and unknown blocks (no report).
 std::optional<ir::PlaceId> instance_output(ir::Builder& builder, const plcopen::Element& block, std::size_t pin);
 
 }  // namespace plc::fbd

@@ -35,8 +35,37 @@ std::uint32_t Drawing::keep_for_feedback(const OutRef& out, TypeRef type) {
   Slot& slot = slots_[slot_index(out)];
   if (slot.kept == kNoKept) {
     slot.kept = builder_.hidden("feedback." + std::to_string(element(out.node).at.local_id), type);
+    builder_.pou().variables[slot.kept].initial = before_first_scan(out, type);
+    if (builder_.pou().kind == ir::PouKind::kFunction) {
+      report(Code::P3026, out.node,
+             "a feedback wire from \"" + element(out.node).text +
+                 "\" is drawn in a function, which keeps nothing from call to call",
+             "make it a function block");
+    }
   }
   return slot.kept;
+}
+
+/// What a wire carries before the first scan: what the output begins with by its declaration; negated, the opposite.
+std::vector<ir::InitItem> Drawing::before_first_scan(const OutRef& out, TypeRef type) {
+  const plcopen::Element& e = element(out.node);
+  if (e.kind != ElementKind::kBlock || out.kind == OutRef::Kind::kInOut) return {};
+  std::vector<ir::InitItem> begins;
+  std::size_t pin = out.pin;
+  if (out.kind == OutRef::Kind::kEno) {
+    const auto eno =
+        std::find_if(e.outputs.begin(), e.outputs.end(), [](const auto& p) { return is_eno_name(p.name); });
+    pin = static_cast<std::size_t>(eno - e.outputs.begin());
+  } else if (pin < e.outputs.size()) {
+    begins = initial_of_output(builder_, e, pin, type);
+  }
+  if (pin >= e.outputs.size()) return {};
+  const plcopen::Pin& drawn = e.outputs[pin];
+  // There is no edge before the first scan, and nothing that is stored.
+  if (drawn.edge != Edge::kNone || drawn.storage != Storage::kNone) return {};
+  if (!drawn.negated || type != ir::kBoolType) return begins;
+  if (!begins.empty() && begins.back().value.bits != 0) return {};
+  return {{{}, {ir::kBoolType, 1, {}}}};
 }
 
 Incoming Drawing::read_feedback(const OutRef& out) {

@@ -223,6 +223,7 @@ struct Element {
   std::int32_t x = 0, y = 0;  ///< position as drawn, in the file's units
   std::int32_t width = 0, height = 0;
   std::uint32_t execution_order = 0;  ///< executionOrderId, 0 = none
+  bool order_zero = false;            ///< executionOrderId="0" is written
   /// Group inside the body that a network title or separator opens (TwinCAT/CODESYS); 0 when the file has none.
   std::uint32_t network = 0;
   SourceRef at;

@@ -160,6 +160,21 @@ void end_comment(Reader& r) {
   if (comments.back().text.empty()) comments.pop_back();
 }
 
+// ---- what the tool that wrote the file could not write -------------------------------------------------------------
+
+void start_lost(Reader& r, const Tag& tag) {
+  frame(r).lost = tag.at;
+  r.begin_text();
+}
+
+void end_lost(Reader& r) {
+  const std::string text = r.take_text();
+  r.report(core::Code::P1013, frame(r).lost,
+           "element \"error\": what is missing here the tool that wrote the file could not write" +
+               (text.empty() ? std::string() : ": \"" + text.substr(0, 200) + "\""),
+           "compare with the drawing in the tool");
+}
+
 enum class PinList : std::uint8_t { kIn, kInOut, kOut };
 template <PinList kList>
 void start_pin(Reader& r, const Tag& tag) {
@@ -209,6 +224,13 @@ constexpr Rule drawn(std::string_view name, StartHandler handler) {
   return used(State::kDrawing, name, State::kElement, handler, close_element);
 }
 
+constexpr Rule lost_in_export() {
+  Rule rule = ignored(State::kDrawing, "error", "what its tool could not write: named (P1013)", State::kFormatted);
+  rule.start = start_lost;
+  rule.end = end_lost;
+  return rule;
+}
+
 constexpr Rule refused_drawn() {
   Rule rule = refused(State::kDrawing, "*", "not an element of LD or FBD (P1017)", unknown_element);
   return rule;
@@ -231,7 +253,7 @@ constexpr Rule kRules[] = {
     drawn("actionBlock", start<ElementKind::kActionBlock>),
     used(State::kDrawing, "vendorElement", State::kElement, start_vendor_element, end_vendor_element),
     preserved(State::kDrawing, "comment", State::kComment, kReasonDrawn, start_comment, end_comment),
-    ignored(State::kDrawing, "error", kReasonEditor),
+    lost_in_export(),
     refused_drawn(),
 
     used(State::kElement, "position", State::kLeaf, element_position),
@@ -322,6 +344,7 @@ Element& open_element(Reader& r, const Tag& tag, ElementKind kind, std::int64_t 
   e.height = r.coordinate(tag, Attr::kHeight);
   e.execution_order =
       static_cast<std::uint32_t>(r.integer(tag, Attr::kExecutionOrderId, 0, std::numeric_limits<std::uint32_t>::max()));
+  e.order_zero = e.execution_order == 0 && tag.attributes.has(Attr::kExecutionOrderId);
   e.network = f.network;
   if (id >= kIdsPerNetwork && id / kIdsPerNetwork <= kMaxNetwork && f.body.language == Language::kFbd) {
     e.network = static_cast<std::uint32_t>(id / kIdsPerNetwork);
@@ -357,6 +380,10 @@ void unknown_element(Reader& r, const Tag& tag) {
 void element_position(Reader& r, const Tag& tag) {
   Element& e = element(r);
   e.has_position = true;
+  for (const Attr attribute : {Attr::kX, Attr::kY}) {
+    if (!core::trimmed(tag.attributes.get(attribute)).empty()) continue;
+    r.report(core::Code::P1009, tag.at, fmt::format("element \"{}\" has no {}", tag.name, attribute_name(attribute)));
+  }
   e.x = r.coordinate(tag, Attr::kX);
   e.y = r.coordinate(tag, Attr::kY);
 }

@@ -82,12 +82,25 @@ void Reader::start_element(const char* name, std::string_view uri, const Attribu
     }
     return;
   }
+  if (!attributes.in_other_case().empty()) warn_of_letter_case(tag, rule->parent);
   if (!rule->belongs.empty() && misplaced_.insert(rule).second) {
     report(core::Code::P1019, tag.at,
            fmt::format("element \"{}\" is outside of \"{}\" and is read as if it were inside", tag.name, rule->belongs),
            fmt::format("move it into \"{}\": other tools do not look for it here", rule->belongs));
   }
   if (rule->start != nullptr) rule->start(*this, tag);
+}
+
+/// Of drawn elements, their pins and wires: "Negated" would be a negation that nobody sees.
+void Reader::warn_of_letter_case(const Tag& tag, State parent) {
+  constexpr State kDrawn[] = {State::kDrawing,    State::kElement, State::kInputPins, State::kInOutPins,
+                              State::kOutputPins, State::kPin,     State::kPointIn};
+  if (std::find(std::begin(kDrawn), std::end(kDrawn), parent) == std::end(kDrawn)) return;
+  const std::string_view name = tag.attributes.in_other_case();
+  if (other_case_.size() >= kMaxUnknownNames || !other_case_.emplace(name).second) return;
+  report(core::Code::P1013, tag.at,
+         fmt::format("attribute \"{}\" of element \"{}\" is not known and is ignored", shown(name), tag.name),
+         fmt::format("PLCopen XML has \"{}\": capitals count", attribute_name(tag.attributes.meant())));
 }
 
 void Reader::end_element() {

@@ -58,6 +58,7 @@ struct BodyFrame {
   bool action_open = false;    ///< an action of the open action block is read
   std::string guid;            ///< of the open attribute (CODESYS)
   std::string foreign;         ///< what the body has beside its languages and is not read, or empty
+  SourceRef lost = {};         ///< of the open element `error`
   Pin* pin = nullptr;
   Connection* connection = nullptr;
   std::uint32_t network = 0;
@@ -159,6 +160,7 @@ class Reader final : public XmlHandler {
     bool block = false;  ///< a paragraph or line of a text: what comes before and after it are lines of their own
   };
 
+  void warn_of_letter_case(const Tag& tag, State parent);
   bool open_document(std::string_view name, std::string_view uri, const SourceRef& at);
   bool check_name(std::string_view name, const Tag& tag, Attr attribute);
 
@@ -168,7 +170,8 @@ class Reader final : public XmlHandler {
   Account account_;
   std::vector<Frame> frames_;
   std::unordered_set<std::string> unknown_;
-  std::unordered_set<const Rule*> misplaced_;  ///< those that were named
+  std::unordered_set<std::string> other_case_;  ///< attributes that were named
+  std::unordered_set<const Rule*> misplaced_;   ///< those that were named
   std::unique_ptr<Configuration> outside_;
   std::string text_;
   SourceRef text_at_;

@@ -55,6 +55,14 @@ void foreign_data(Reader& r, const Tag& tag) {
   r.bodies.back()->foreign = name.substr(name.rfind('/') + 1);
 }
 
+/// Jumps and returns cannot be negated by the schema; Bachmann writes it here.
+void vendor_negation(Reader& r, const Tag& tag) {
+  if (r.bodies.empty() || !r.bodies.back()->element_open) return;
+  Element& e = r.bodies.back()->element;
+  if (e.kind != ElementKind::kJump && e.kind != ElementKind::kReturn) return;
+  e.negated = e.negated || r.flag(tag, Attr::kValue);
+}
+
 void object_oriented(Reader& r, const Tag& tag) {
   r.report(core::Code::P1015, tag.at, "methods, properties, interfaces and inheritance are not executed",
            "write the method as a function block or a function");
@@ -116,6 +124,7 @@ constexpr Rule kRules[] = {
     anchored(State::kVendor, "dataType", State::kDataType, start_data_type, end_data_type),
     used(State::kVendor, "addData", State::kAddData),
     used(State::kVendor, "TaskSettings", State::kVendor, task_settings),
+    used(State::kVendor, "negated", State::kLeaf, vendor_negation),
     used(State::kVendor, "STCode", State::kFormatted, start_text, element_code),
     preserved(State::kVendor, "InterfaceAsPlainText", State::kFormatted, "kept as text, the typed interface counts",
               start_text, plain_declaration),

@@ -191,31 +191,44 @@ std::size_t XmlParser::offset() const {
   return static_cast<std::size_t>(cur - text_.data());
 }
 
-Attr XmlParser::attribute_of(const char* name) {
+const XmlParser::CachedName& XmlParser::attribute_of(const char* name) {
   CachedName& slot = names_[(reinterpret_cast<std::uintptr_t>(name) >> 3) % names_.size()];
   if (slot.name != name) {
     slot.name = name;
     const auto* const last = std::end(kAttributeNames) - 1;
     const auto* const found = std::find(std::begin(kAttributeNames), last, std::string_view(name));
     slot.attribute = found == last ? -1 : static_cast<int>(found - std::begin(kAttributeNames));
+    slot.meant = -1;
+    if (found == last) {
+      const auto* const meant = std::find_if(std::begin(kAttributeNames), last,
+                                             [&](std::string_view known) { return core::iequals(known, name); });
+      if (meant != last) slot.meant = static_cast<int>(meant - std::begin(kAttributeNames));
+    }
   }
-  return slot.attribute < 0 ? Attr{0xFF} : static_cast<Attr>(slot.attribute);
+  return slot;
 }
 
 void XmlParser::fill(int count, const unsigned char** attributes) {
   Attributes& a = attributes_;
   ++a.stamp_;
   a.decoded_.clear();
+  a.other_case_ = {};
   // libxml2 gives five pointers per attribute: local name, prefix, namespace, value, end of the value.
   for (int i = 0; i < count; ++i, attributes += 5) {
     const auto* name = reinterpret_cast<const char*>(attributes[0]);
-    Attr attribute = attribute_of(name);
+    const CachedName& known = attribute_of(name);
+    Attr attribute = known.attribute < 0 ? Attr{0xFF} : static_cast<Attr>(known.attribute);
     if (attributes[1] != nullptr) {
       const bool xsi = view(attributes[1]) == "xsi" || view(attributes[2]).ends_with("XMLSchema-instance");
       if (!xsi || attribute != Attr::kType) continue;
       attribute = Attr::kXsiType;
     }
-    if (attribute == Attr{0xFF}) continue;
+    if (attribute == Attr{0xFF}) {
+      if (known.meant < 0) continue;
+      a.other_case_ = name;
+      a.meant_ = static_cast<Attr>(known.meant);
+      continue;
+    }
     std::string_view value(reinterpret_cast<const char*>(attributes[3]),
                            static_cast<std::size_t>(attributes[4] - attributes[3]));
     if (value.find('&') != std::string_view::npos) value = a.decoded_.emplace_back(decode_ampersands(value));

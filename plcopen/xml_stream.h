@@ -36,6 +36,9 @@ class Attributes {
   [[nodiscard]] std::string_view get(Attr attribute) const {
     return has(attribute) ? values_[index(attribute)] : std::string_view();
   }
+  /// Name of an attribute that is not known, and would be with other capitals: meant(); empty when there is none.
+  [[nodiscard]] std::string_view in_other_case() const { return other_case_; }
+  [[nodiscard]] Attr meant() const { return meant_; }
 
  private:
   friend class XmlParser;
@@ -44,6 +47,8 @@ class Attributes {
   std::array<std::string_view, kAttrCount> values_;
   std::array<std::uint32_t, kAttrCount> stamps_{};
   std::uint32_t stamp_ = 0;
+  std::string_view other_case_;
+  Attr meant_{};
   std::deque<std::string> decoded_;  ///< values that needed decoding; a deque keeps the views valid
 };
 
@@ -88,15 +93,16 @@ class XmlParser {
 
  private:
   struct Callbacks;
-  void fill(int count, const unsigned char** attributes);
-  Attr attribute_of(const char* name);
-  void problem(core::Code code, std::size_t offset, std::string message, std::string help = {});
-  [[nodiscard]] std::size_t offset() const;
-
   struct CachedName {
     const char* name = nullptr;
     int attribute = -1;
+    int meant = -1;  ///< attribute of this name in other capitals
   };
+  void fill(int count, const unsigned char** attributes);
+  const CachedName& attribute_of(const char* name);
+  void problem(core::Code code, std::size_t offset, std::string message, std::string help = {});
+  [[nodiscard]] std::size_t offset() const;
+
   static constexpr int kMaxNamespaceProblems = 20;
 
   std::string_view text_;

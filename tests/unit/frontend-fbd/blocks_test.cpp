@@ -15,11 +15,12 @@ using test::Sketch;
 
 constexpr const char* kVariables =
     "A, B, Y : BOOL; n, m, sum, seen : INT; r : REAL; d : DATE; t, t2 : TON; c : CTU; bump : Bump; tank : Tank; "
-    "list : ARRAY [1..3] OF INT; many : ARRAY [1..2] OF TON; w : WORD;";
+    "flip, flip2 : Flip; list : ARRAY [1..3] OF INT; many : ARRAY [1..2] OF TON; w : WORD;";
 
 constexpr const char* kOthers =
     "FUNCTION_BLOCK Bump VAR_INPUT step : INT := 1; END_VAR VAR_IN_OUT IO : INT; END_VAR VAR_OUTPUT before : INT; "
     "END_VAR before := IO; IO := IO + step; END_FUNCTION_BLOCK\n"
+    "FUNCTION_BLOCK Flip VAR_IN_OUT v : BOOL; END_VAR v := NOT v; END_FUNCTION_BLOCK\n"
     "FUNCTION_BLOCK Tank VAR_INPUT rate : INT; END_VAR VAR_OUTPUT level : INT; END_VAR END_FUNCTION_BLOCK\n"
     "ACTION Tank.Fill level := level + rate; END_ACTION\n"
     "ACTION Main.Twice n := n * 2; END_ACTION\n"
@@ -57,26 +58,33 @@ TEST_P(PinsOf, Blocks) {
 
 INSTANTIATE_TEST_SUITE_P(
     Pins, PinsOf,
-    testing::Values(Pins{"StandardByName", "SUB", "IN2:=n IN1:=m", "OUT=>sum", "", "-7"},
-                    Pins{"StandardInAnyCase", "sub", "in2:=n In1:=m", "out=>sum", "", "-7"},
-                    Pins{"StandardByPlaceWhereANameIsStrange", "SUB", "IN2:=n foo:=m", "OUT=>sum", "", "7"},
-                    Pins{"StandardByPlaceWhereANameIsTwice", "SUB", "IN2:=n IN2:=m", "OUT=>sum", "", "7"},
-                    Pins{"StandardResultOfAnyName", "SUB", "IN1:=n IN2:=m", "whatever=>sum", "", "7"},
-                    Pins{"ExtensibleTakesThePinsThatAreWired", "ADD", "IN1:=n IN2 IN3:=m", "OUT=>sum", "", "11"},
-                    Pins{"ExtensibleNeedsTwo", "ADD", "IN1:=n IN2 IN3", "OUT=>sum", "P3010", nullptr},
-                    Pins{"SelectionMayEndEarly", "MUX", "K:=m IN0:=1 IN1:=3 IN2:=5 IN3", "OUT=>sum", "", "5"},
-                    Pins{"SelectionCountsItsPins", "MUX", "K:=m IN0:=1 IN1 IN2:=5", "OUT=>sum", "P3010", nullptr},
-                    Pins{"SelectionNeedsItsNumber", "MUX", "K IN0:=1 IN1:=3 IN2:=5", "OUT=>sum", "P3010", nullptr},
-                    Pins{"StandardNeedsAll", "SUB", "IN1:=n IN2", "OUT=>sum", "P3010", nullptr},
-                    Pins{"StandardWithTooFewDrawn", "SUB", "IN1:=n", "OUT=>sum", "P3010", nullptr},
-                    Pins{"ProjectByName", "Minus", "b:=n a:=m", "Minus=>sum", "", "-7"},
-                    Pins{"ProjectByPlaceWithAWarning", "Minus", "foo=5 b:=m", "Minus=>sum", "P3001", "8"},
-                    Pins{"ProjectTakesInitialValues", "Minus", "b:=m", "Minus=>sum", "", "8"},
-                    Pins{"ProjectHasNoThirdInput", "Minus", "a:=n b:=m c:=n", "Minus=>sum", "P3011", nullptr},
-                    Pins{"ProjectHasNoSecondOutput", "Minus", "a:=n b:=m", "Minus=>sum other=>seen", "P3011", nullptr},
-                    Pins{"BlockInputTwice", "Tank tank", "rate:=n RATE:=m", "level=>sum", "P3011", nullptr},
-                    Pins{"BlockWithoutSuchOutput", "Tank tank", "rate:=n", "level=>sum other=>seen", "P3011", nullptr},
-                    Pins{"BlockByAlias", "CTU c", "CU:=A RESET:=B PV:=n", "CV=>sum", "", "0"}),
+    testing::Values(
+        Pins{"StandardByName", "SUB", "IN2:=n IN1:=m", "OUT=>sum", "", "-7"},
+        Pins{"StandardInAnyCase", "sub", "in2:=n In1:=m", "out=>sum", "", "-7"},
+        Pins{"StandardByPlaceWhereNoNameContradicts", "SUB", "foo:=n IN2:=m", "OUT=>sum", "", "7"},
+        Pins{"StandardStrangeNamesTakeWhatIsLeft", "SUB", "IN2:=n foo:=m", "OUT=>sum", "P3025", "-7"},
+        Pins{"StandardInOneOrderWithItsNames", "LIMIT", "IN:=n MIN:=1 MAX:=4", "OUT=>sum", "P3025 P3025", "4"},
+        Pins{"StandardInputTwice", "SUB", "IN2:=n IN2:=m", "OUT=>sum", "P3011", nullptr},
+        Pins{"StandardCountedPinsAreNoNames", "SEL", "In1:=TRUE In2:=m In3:=n", "Out1=>sum", "", "9"},
+        Pins{"StandardCountedAfterEn", "MUX", "EN:=TRUE In2:=0 In3:=n In4:=m", "Out2=>sum", "", "9"},
+        Pins{"StandardResultOfAnyName", "SUB", "IN1:=n IN2:=m", "whatever=>sum", "", "7"},
+        Pins{"ExtensibleTakesThePinsThatAreWired", "ADD", "IN1:=n IN2 IN3:=m", "OUT=>sum", "", "11"},
+        Pins{"ExtensibleNeedsTwo", "ADD", "IN1:=n IN2 IN3", "OUT=>sum", "P3010", nullptr},
+        Pins{"SelectionMayEndEarly", "MUX", "K:=m IN0:=1 IN1:=3 IN2:=5 IN3", "OUT=>sum", "", "5"},
+        Pins{"SelectionCountsItsPins", "MUX", "K:=m IN0:=1 IN1 IN2:=5", "OUT=>sum", "P3010", nullptr},
+        Pins{"SelectionNeedsItsNumber", "MUX", "K IN0:=1 IN1:=3 IN2:=5", "OUT=>sum", "P3010", nullptr},
+        Pins{"StandardNeedsAll", "SUB", "IN1:=n IN2", "OUT=>sum", "P3010", nullptr},
+        Pins{"StandardWithTooFewDrawn", "SUB", "IN1:=n", "OUT=>sum", "P3010", nullptr},
+        Pins{"ProjectByName", "Minus", "b:=n a:=m", "Minus=>sum", "", "-7"},
+        Pins{"ProjectByPlaceWithAWarning", "Minus", "foo=5 b:=m", "Minus=>sum", "P3001", "8"},
+        Pins{"ProjectTakesInitialValues", "Minus", "b:=m", "Minus=>sum", "", "8"},
+        Pins{"ProjectHasNoThirdInput", "Minus", "a:=n b:=m c:=n", "Minus=>sum", "P3011", nullptr},
+        Pins{"ProjectHasNoSecondOutput", "Minus", "a:=n b:=m", "Minus=>sum other=>seen", "P3011", nullptr},
+        Pins{"BlockInputTwice", "Tank tank", "rate:=n RATE:=m", "level=>sum", "P3011", nullptr},
+        Pins{"BlockWithoutSuchOutput", "Tank tank", "rate:=n", "level=>sum other=>seen", "P3011", nullptr},
+        Pins{"BlockOutputAtThePlaceOfOneThatIsDrawn", "CTU c", "CU:=A PV:=n", "CV=>sum Full=>Y", "P3011", nullptr},
+        Pins{"TextAtAStrangeInput", "CTU c", "CLK:=A R:=B PV:=n", "CV=>sum", "P3025", "0"},
+        Pins{"BlockByAlias", "CTU c", "CU:=A RESET:=B PV:=n", "CV=>sum", "", "0"}),
     [](const auto& row) { return std::string(row.param.name); });
 
 TEST(Pins, OfAnotherNameAreReadByTheirPlaceWithAWarning) {
@@ -253,6 +261,18 @@ TEST(Delay, UnderEnKeepsWhatItHolds) {
   EXPECT_EQ(d.scan("", "sum"), "7");
 }
 
+// ---- in-outs ------------------------------------------------------------------------------------------------------
+
+TEST(InOut, PassesOnTheVariableThatIsWrittenAtItsPin) {
+  Sketch s;
+  s.block(1, "Flip flip", "", "", "v:=A");
+  s.block(2, "Flip flip2", "", "", "v=1.v");
+  s.block(3, "Bump bump", "step:=n", "", "IO:=sum");
+  Diagram d(kVariables, s, kOthers);
+  EXPECT_EQ(d.codes(), "") << d.message();
+  EXPECT_EQ(d.scan("A=0 n=3", "A sum"), "0 3") << "turned twice";
+}
+
 // ---- what is reported ---------------------------------------------------------------------------------------------
 
 struct Wrong {
@@ -314,6 +334,31 @@ INSTANTIATE_TEST_SUITE_P(
                             s.block(4, "Bump bump", "", "", "!IO=3");
                           },
                           "P3012", "has a negation, an edge or a storage"},
+                    Wrong{"InOutOnANegatedVariable",
+                          [](Sketch& s) {
+                            s.in(3, "!A");
+                            s.block(4, "Flip flip", "", "", "v=3");
+                          },
+                          "P3012", "is wired to a variable with a negation, an edge or a storage"},
+                    Wrong{"InOutBehindAnEdge",
+                          [](Sketch& s) {
+                            s.in(3, "A");
+                            s.block(4, "Flip flip", "v=3", "^v");
+                            s.block(5, "Flip flip2", "", "", "v=4.v");
+                          },
+                          "P3012", "in-out \"v\" of Flip \"flip2\" is wired to a variable with a negation"},
+                    Wrong{"InOutOnAResultOfPinsWithoutNames",
+                          [](Sketch& s) {
+                            s.in(3, "A");
+                            auto& block = s.block(4, "NOT", "", "");
+                            test::BodyBuilder::feed(block, {3});
+                            test::BodyBuilder::out(block, "");
+                            s.block(5, "Flip flip", "", "", "v=4");
+                          },
+                          "P3012", "in-out \"v\" of Flip \"flip\" is not wired to a variable"},
+                    Wrong{"WireAndTextAtOnePin",
+                          [](Sketch& s) { s.block(3, "ADD", "IN1=1 IN2:=1", "OUT=>sum").inputs[0].expression = "5"; },
+                          "P3013", "a wire and the text \"5\" meet at pin \"IN1\" of a block"},
                     Wrong{"ConstantInOutWithoutAWire", [](Sketch& s) { s.block(3, "Larger", "", "", "x=1 y"); },
                           "P3012", "is not wired"},
                     Wrong{"NegatedJumpWithoutAWire",
@@ -356,6 +401,30 @@ TEST(Missing, BlocksMayBeStubs) {
   EXPECT_EQ(d.codes(), "P3020");
   EXPECT_TRUE(d.pou().partial);
   EXPECT_EQ(d.scan("n=4 sum=9", "sum seen"), "9 4") << "what only a stub reads is not looked at, its reader keeps";
+}
+
+TEST(Memory, InAFunctionIsRefused) {
+  const auto codes = [](const auto& draw) {
+    Sketch function;
+    draw(function);
+    Sketch main;
+    main.block(1, "Minus", "a:=n", "Minus=>sum");
+    Diagram d(kVariables, main, kOthers);
+    d.draw("Minus", function);
+    return d.codes();
+  };
+  EXPECT_EQ(codes([](Sketch& s) {
+              s.in(1, "^a > b");
+              s.block(2, "SEL", "G=1 ^IN0=1 IN1:=FALSE", "OUT");
+              s.in(3, "a");
+              s.out(4, "Minus", "3");
+            }),
+            "P3026 P3026");
+  EXPECT_EQ(codes([](Sketch& s) {
+              s.block(1, "ADD", "IN1:=a IN2=1.OUT", "OUT");
+              s.out(2, "Minus", "1");
+            }),
+            "P3026");
 }
 
 TEST(Delay, InAFunctionIsRefused) {

@@ -209,6 +209,18 @@ TEST(Graph, WiresFromNothingAreLeftOut) {
   EXPECT_EQ(g.codes(), "P3001 P3003 P3003 P3003 P3003");
 }
 
+TEST(Graph, WiresLeadToInputs) {
+  Sketch s;
+  s.in(1, "a");
+  test::BodyBuilder::feed(s.in(2, "b"), {1});
+  test::BodyBuilder::feed(s.rail(3), {1});
+  test::BodyBuilder::feed(s.out(4, "c", "1"), {2});
+  const Built g(s.body());
+  EXPECT_EQ(g.into(2), "=");
+  EXPECT_EQ(g.into(4), "=1 =2");
+  EXPECT_EQ(g.codes(), "P3003 P3003 P3013");
+}
+
 TEST(Graph, ARefusedConnectionWasReportedBefore) {
   Sketch s;
   s.in(1, "n");

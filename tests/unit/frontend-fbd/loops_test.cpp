@@ -15,8 +15,11 @@ using test::Diagram;
 using test::Sketch;
 
 constexpr const char* kVariables =
-    "A, B, X, Y : BOOL; n, m : INT; big : DINT; r : REAL; lr : LREAL; u : UINT; c : CTU; t : TON; mixed : Mixed;";
+    "A, B, X, Y : BOOL; n, m : INT; big : DINT; r : REAL; lr : LREAL; u : UINT; c : CTU; t : TON; mixed : Mixed; "
+    "raised : Raise; many : ARRAY [1..2] OF Raise;";
 constexpr const char* kOthers =
+    "FUNCTION_BLOCK Raise VAR_INPUT x : INT; END_VAR VAR_OUTPUT q : INT := 5; END_VAR q := x + 1; END_FUNCTION_BLOCK\n"
+    "VAR_GLOBAL global_raised : Raise; END_VAR\n"
     "FUNCTION_BLOCK Mixed VAR_INPUT x : LREAL; END_VAR VAR_OUTPUT y : LREAL; END_VAR y := x; END_FUNCTION_BLOCK\n"
     "FUNCTION Half : REAL VAR_INPUT x : REAL; END_VAR Half := x / 2.0; END_FUNCTION\n";
 
@@ -46,10 +49,27 @@ TEST(Feedback, OfANegatedOutputNeedsAMemory) {
   s.block(1, "TON t", "IN=1.Q PT:=T#10ms", "!Q");
   Diagram d(kVariables, s, kOthers);
   EXPECT_NE(d.hidden().find("feedback.1"), std::string::npos) << d.hidden();
-  EXPECT_EQ(d.scan("", "t.Q"), "0") << "the wire is FALSE before the first scan";
-  EXPECT_EQ(d.scan("", "t.IN t.Q"), "1 0");
+  EXPECT_EQ(d.scan("", "t.IN t.Q"), "1 0") << "before the first scan the wire is the opposite of what Q begins with";
   EXPECT_EQ(d.scan("", "t.IN t.Q"), "1 1");
   EXPECT_EQ(d.scan("", "t.IN t.Q"), "0 0");
+}
+
+TEST(Feedback, BeginsWithWhatTheOutputBeginsWith) {
+  for (const char* type : {"Raise raised", "Raise many[2]", "Raise global_raised"}) {
+    Sketch s;
+    s.block(1, type, "x=1.q", "q=>n");
+    Diagram d(kVariables, s, kOthers);
+    EXPECT_EQ(d.codes(), "") << type;
+    EXPECT_EQ(d.scan("", "n"), "6") << type;
+    EXPECT_EQ(d.scan("", "n"), "7") << type;
+  }
+}
+
+TEST(Feedback, OfANegatedResultBeginsTrue) {
+  Sketch s;
+  s.block(1, "AND", "IN1:=A IN2=1.OUT", "!OUT=>Y");
+  Diagram d(kVariables, s, kOthers);
+  EXPECT_EQ(d.over("A", "1 1 1 0 1", "Y"), "0 1 0 1 0");
 }
 
 TEST(Feedback, OfAFunctionUnderEnBeginsAtItsDefaultAgain) {

@@ -180,6 +180,91 @@ TEST(Order, DanglingWiresAndSelfConnectionsAreHandled) {
   EXPECT_EQ(o.feedback.size(), 1u);
 }
 
+TEST(Order, ElementsWithoutAPlaceAmongOthersAreNamedOnce) {
+  BodyBuilder b(plcopen::Language::kFbd);
+  b.add(ElementKind::kInVariable, 1, "x", 40, 50);
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 2, "y", 90, 50), {1});
+  b.add(ElementKind::kInVariable, 3, "y", 0, 0).has_position = false;
+  auto& out = b.add(ElementKind::kOutVariable, 4, "z", 0, 0);
+  out.has_position = false;
+  BodyBuilder::feed(out, {3});
+  for (const Order rule : {Order::kDrawing, Order::kDocument}) {
+    core::Diagnostics diagnostics;
+    fbd::Graph graph = fbd::build_graph(b.body(), "P", diagnostics);
+    const fbd::Sequence sequence = fbd::order(graph, rule, "P", diagnostics);
+    EXPECT_EQ(sequence.steps.size(), 4u);
+    ASSERT_EQ(diagnostics.all().size(), rule == Order::kDrawing ? 1u : 0u);
+    if (rule == Order::kDocument) continue;
+    EXPECT_EQ(core::info(diagnostics.all()[0].code).name, "P3018");
+    EXPECT_NE(diagnostics.all()[0].message.find("inVariable y and 1 more have no position"), std::string::npos);
+  }
+}
+
+// ---- jumps and labels ---------------------------------------------------------------------------------------------
+
+TEST(Order, ALabelHeadsTheNetworkBesideIt) {
+  BodyBuilder b(plcopen::Language::kFbd);
+  b.add(ElementKind::kInVariable, 1, "x", 40, 0);
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 2, "y", 90, 0), {1});
+  auto& block = b.add(ElementKind::kBlock, 3, "OR", 40, 100);
+  block.height = 200;
+  BodyBuilder::out(block, "OUT");
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 4, "z", 90, 140), {3});
+  b.add(ElementKind::kLabel, 5, "lower_than_the_top", 20, 110);
+  b.add(ElementKind::kLabel, 6, "nearer_to_the_next", 20, 190);
+  b.add(ElementKind::kInVariable, 7, "x", 40, 200);
+  BodyBuilder::feed(b.add(ElementKind::kOutVariable, 8, "y", 90, 200), {7});
+  b.add(ElementKind::kLabel, 9, "to_the_right", 200, 290);
+  EXPECT_EQ(ordered(b.body()).ids, (Ids{1, 2, 5, 3, 4, 6, 7, 8, 9}));
+}
+
+TEST(Order, ALabelComesFirstAmongWhatFollowsItsTitle) {
+  BodyBuilder b(plcopen::Language::kLd);
+  for (std::int64_t id : {1, 3}) {
+    b.add(ElementKind::kInVariable, id, "x", 0, 0).network = id == 1 ? 1 : 2;
+    auto& out = b.add(ElementKind::kOutVariable, id + 1, "y", 0, 0);
+    out.network = id == 1 ? 1 : 2;
+    BodyBuilder::feed(out, {id});
+  }
+  b.add(ElementKind::kLabel, 5, "L", 0, 0).network = 2;
+  EXPECT_EQ(ordered(b.body()).ids, (Ids{1, 2, 5, 3, 4}));
+}
+
+TEST(Order, JumpsWithoutAnIdAmongElementsThatHaveOneAreNamed) {
+  BodyBuilder b(plcopen::Language::kFbd);
+  b.add(ElementKind::kJump, 1, "L", 0, 0);
+  b.add(ElementKind::kInVariable, 2, "x", 0, 50);
+  auto& out = b.add(ElementKind::kOutVariable, 3, "y", 50, 50);
+  out.execution_order = 1;
+  BodyBuilder::feed(out, {2});
+  b.add(ElementKind::kLabel, 4, "L", 0, 100);
+  core::Diagnostics diagnostics;
+  fbd::Graph graph = fbd::build_graph(b.body(), "P", diagnostics);
+  const fbd::Sequence sequence = fbd::order(graph, Order::kDrawing, "P", diagnostics);
+  EXPECT_EQ(sequence.steps.size(), 4u);
+  ASSERT_EQ(diagnostics.all().size(), 1u);
+  EXPECT_EQ(core::info(diagnostics.all()[0].code).name, "P3018");
+  EXPECT_NE(diagnostics.all()[0].message.find("jump to \"L\" has no executionOrderId"), std::string::npos);
+}
+
+TEST(Order, OneZeroAmongIdsIsNamed) {
+  for (const int zeros : {1, 2}) {
+    BodyBuilder b(plcopen::Language::kFbd);
+    b.add(ElementKind::kInVariable, 1, "x", 0, 0).order_zero = zeros == 2;
+    for (std::uint32_t order : {0u, 1u}) {
+      auto& out = b.add(ElementKind::kOutVariable, order + 2, "y", 50, 50);
+      out.execution_order = order;
+      out.order_zero = order == 0;
+      BodyBuilder::feed(out, {1});
+    }
+    core::Diagnostics diagnostics;
+    fbd::Graph graph = fbd::build_graph(b.body(), "P", diagnostics);
+    const fbd::Sequence sequence = fbd::order(graph, Order::kDrawing, "P", diagnostics);
+    EXPECT_EQ(sequence.steps.size(), 3u);
+    EXPECT_EQ(diagnostics.all().size(), zeros == 1 ? 1u : 0u);
+  }
+}
+
 // ---- reading for a reader, writing with a block -------------------------------------------------------------------
 
 plcopen::Element& add_block(BodyBuilder& b, std::int64_t id, std::int32_t x, std::int32_t y,

@@ -86,6 +86,14 @@ TEST_F(Ports, AreFoundByNameElseByPlace) {
   EXPECT_EQ(found(Direction::kInput, "q", 5), "none") << "of the other side";
 }
 
+TEST_F(Ports, OutIsTheResultOfAFunctionWhereverItIsDrawn) {
+  fbd::Port result{"Split", {}, Direction::kOutput, 0, {}};
+  result.result = true;
+  const std::vector<fbd::Port> ports{result, {"high", {}, Direction::kOutput, 1, {}}};
+  EXPECT_EQ(fbd::find_port(ports, Direction::kOutput, "out", 1)->name, "Split");
+  EXPECT_EQ(fbd::find_port(ports, Direction::kOutput, "strange", 1)->name, "high");
+}
+
 TEST_F(Ports, EnAndEnoAreDeclaredAsBool) {
   const auto ports = own();
   ASSERT_NE(fbd::declared_enable(ports), nullptr);

@@ -295,7 +295,13 @@ INSTANTIATE_TEST_SUITE_P(
                             s.in(3, "!m");
                             s.out(4, "Y", "3");
                           },
-                          "P4101", "inVariable \"m\" with a modifier"},
+                          "P3023", "inVariable \"m\" has a modifier but type INT"},
+                    Wrong{"EdgeOfANumberAtAPin",
+                          [](Sketch& s) {
+                            s.block(3, "ADD", "^IN1=1 IN2:=1", "OUT");
+                            s.out(4, "m", "3");
+                          },
+                          "P3023", "pin \"IN1\" has a modifier but type INT"},
                     Wrong{"ModifierOnAResult",
                           [](Sketch& s) {
                             s.block(3, "ADD", "IN1=1 IN2:=1", "!OUT");

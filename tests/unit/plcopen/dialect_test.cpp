@@ -173,6 +173,39 @@ TEST(Dialect, ObjectOrientedPartsAreRefusedWithACode) {
   EXPECT_EQ(r.project->pous.at(0).bodies.size(), 1u);
 }
 
+TEST(Dialect, AttributesOfDrawnElementsInOtherCapitalsAreNamedOnce) {
+  const auto r = read_text(program(R"(<LD><contact localId="1" Negated="true"/><contact localId="2" Negated="true"/>
+<coil localId="3" novelty="1" Storage="set"/></LD>)"));
+  EXPECT_EQ(r.codes(), "P1013 P1013");
+  EXPECT_NE(r.shown().find("attribute \"Negated\" of element \"contact\" is not known and is ignored"),
+            std::string::npos)
+      << r.shown();
+  EXPECT_NE(r.shown().find("PLCopen XML has \"storage\""), std::string::npos) << r.shown();
+}
+
+TEST(Dialect, WhatAToolCouldNotWriteIsNamedWithItsText) {
+  const auto r = read_text(program(R"(<FBD><error localId="1" width="9" height="9"><position x="0" y="0"/>
+<content><xhtml:p>no such box</xhtml:p></content></error></FBD>)"));
+  EXPECT_EQ(r.codes(), "P1013");
+  EXPECT_NE(r.shown().find("could not write: \"no such box\""), std::string::npos) << r.shown();
+  EXPECT_TRUE(body_of(r).elements.empty());
+}
+
+TEST(Dialect, APositionHasBothCoordinates) {
+  const auto r = read_text(program(R"(<LD><coil localId="1"><position x="5"/></coil>
+<coil localId="2"><position y="5"/></coil></LD>)"));
+  EXPECT_EQ(r.codes(), "P1009 P1009");
+}
+
+TEST(Dialect, JumpsAreNegatedInDataOfTheToolToo) {
+  const auto r = read_clean(
+      program("<FBD><jump localId=\"1\" label=\"L\">" +
+              data("www.bachmann.at/plc/plcopenxml", "<negated value=\"true\"/>") + "</jump><return localId=\"2\">" +
+              data("www.bachmann.at/plc/plcopenxml", "<negated value=\"false\"/>") + "</return></FBD>"));
+  EXPECT_TRUE(body_of(r).elements.at(0).negated);
+  EXPECT_FALSE(body_of(r).elements.at(1).negated);
+}
+
 TEST(Dialect, UnknownElementsAreReportedOncePerName) {
   const auto r = read_text(tc6("<pous/><novelty/><novelty><inside/></novelty>"));
   EXPECT_EQ(r.codes(), "P1013");
