@@ -46,9 +46,19 @@ std::vector<Kept> AlarmStore::states() {
   std::vector<Kept> all;
   if (!database_.is_open()) return all;
   storage::Statement rows(database_, "SELECT alarm, packed, shelved_until, raised FROM state");
+  // What somebody has said counts until it is raised again.
+  storage::Statement said(database_,
+                          "SELECT what, user, comment FROM event WHERE alarm = ?1 COLLATE NOCASE AND "
+                          "(what = ?2 OR user <> '') ORDER BY number DESC LIMIT 1");
   while (rows.next()) {
     Kept kept{rows.text(0), rows.integer(1), std::nullopt, rows.integer(3)};
     if (!rows.is_null(2)) kept.shelved_until_ns = rows.integer(2);
+    if (said.bind(1, kept.alarm).bind(2, static_cast<std::int64_t>(Happened::kRaised)).next() &&
+        said.integer(0) != static_cast<std::int64_t>(Happened::kRaised)) {
+      kept.user = said.text(1);
+      kept.comment = said.text(2);
+    }
+    said.reset();
     all.push_back(std::move(kept));
   }
   return all;

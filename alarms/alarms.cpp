@@ -1,7 +1,10 @@
 #include "alarms/alarms.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -27,6 +30,69 @@ const bytecode::ImageField* field_named(const bytecode::ImageType& type, std::st
     return core::iequals(field.name, name);
   });
   return found == type.fields.end() ? nullptr : &*found;
+}
+
+/// Least and greatest of what an integer or a BOOL of this type may be; nothing for other types.
+std::optional<std::pair<double, double>> range_of(const bytecode::ImageType& type) {
+  if (type.limited) return std::pair(static_cast<double>(type.lower), static_cast<double>(type.upper));
+  if (core::in_category(type.elementary, core::kAnyDuration | core::kAnyDate)) return std::nullopt;
+  const auto signed_bits = [](int bits) {
+    return std::pair(-std::ldexp(1.0, bits - 1), std::ldexp(1.0, bits - 1) - 1);
+  };
+  const auto unsigned_bits = [](int bits) { return std::pair(0.0, std::ldexp(1.0, bits) - 1); };
+  switch (bytecode::rep_of(type)) {
+    case core::Rep::kBool:
+      return unsigned_bits(1);
+    case core::Rep::kI8:
+      return signed_bits(8);
+    case core::Rep::kU8:
+      return unsigned_bits(8);
+    case core::Rep::kI16:
+      return signed_bits(16);
+    case core::Rep::kU16:
+      return unsigned_bits(16);
+    case core::Rep::kI32:
+      return signed_bits(32);
+    case core::Rep::kU32:
+      return unsigned_bits(32);
+    case core::Rep::kI64:
+      return signed_bits(64);
+    case core::Rep::kU64:
+      return unsigned_bits(64);
+    default:
+      return std::nullopt;
+  }
+}
+
+/// Why the condition can never hold; nothing when it can.
+std::optional<core::Problem> never_holds(const Definition& alarm, const bytecode::ImageType& type) {
+  const bool compares = alarm.comparison == Comparison::kAbove || alarm.comparison == Comparison::kBelow;
+  if (compares && type.elementary == core::TypeId::kBool) {
+    return core::Problem{core::Code::P7322,
+                         "\"" + alarm.variable + "\" has type BOOL, \"above\" and \"below\" are for numbers",
+                         "when = true or when = false"};
+  }
+  const auto never = [&alarm](std::string why) {
+    return core::Problem{
+        core::Code::P7104, "\"" + alarm.variable + "\" " + std::move(why) + ": the condition never holds", {}};
+  };
+  const bool equals = alarm.comparison == Comparison::kEqual;
+  if (equals && !type.members.empty()) {
+    const auto& values = type.member_values;
+    const bool is_one = std::any_of(values.begin(), values.end(),
+                                    [&](auto value) { return static_cast<double>(value) == alarm.limit; });
+    if (!is_one) return never("has no member with this number");
+  }
+  const auto range = range_of(type);
+  if (!range) return std::nullopt;
+  const auto [least, greatest] = *range;
+  if (alarm.comparison == Comparison::kAbove && alarm.limit >= greatest)
+    return never(fmt::format("is at most {}", greatest));
+  if (alarm.comparison == Comparison::kBelow && alarm.limit <= least)
+    return never(fmt::format("is at least {}", least));
+  const bool reached = alarm.limit >= least && alarm.limit <= greatest && alarm.limit == std::floor(alarm.limit);
+  if (equals && !reached) return never(fmt::format("is a whole number from {} to {}", least, greatest));
+  return std::nullopt;
 }
 
 /// Those that need somebody first.
@@ -63,8 +129,15 @@ void Alarms::add(runtime::Resource& resource, Definition definition, bool record
   if (!definition.suppress.empty()) {
     auto found = watch(resource, definition.suppress, recorded);
     if (!found) return refuse(found.error());
+    if (found->type != core::TypeId::kBool) {
+      return refuse({core::Code::P7322,
+                     "\"" + definition.suppress + "\" has type " + std::string(core::name_of(found->type)) +
+                         ", \"suppress\" takes a BOOL",
+                     {}});
+    }
     suppress = std::move(*found);
   }
+  if (const auto wrong = never_holds(definition, image_.types[watched->place.type])) return refuse(*wrong);
   const std::size_t number = items_.size();
   place_look({number, *watched, false});
   if (suppress) place_look({number, std::move(*suppress), true});
@@ -169,6 +242,8 @@ void Alarms::restore(const std::vector<Kept>& all, std::int64_t last_number) {
     }
     item->condition.restore(item->state.is_active());
     item->raised.utc_ns = kept.raised_utc_ns;
+    item->user = kept.user;
+    item->comment = kept.comment;
   }
 }
 
@@ -272,7 +347,9 @@ void Alarms::service(core::TimeNs now_ns, core::TimeNs utc_ns) {
         item.condition.pass(item.definition, now_ns - kBehindNs)) {
       happened(item, item.state.condition(item.condition.is(), item.definition.latch), stamp);
     }
-    if (item.state.shelved_until_ns() && *item.state.shelved_until_ns() <= utc_ns) {
+    const auto until_ns = item.state.shelved_until_ns();
+    // WHY by another clock, too: UTC that is set back would hide the alarm for longer than somebody has asked for.
+    if (until_ns && (*until_ns <= utc_ns || now_ns >= item.shelf_end_ns.value_or(INT64_MAX))) {
       item.state.unshelve();
       happened(item, Happened::kUnshelved, stamp);
       happened(item, item.state.take_shown(), stamp);
@@ -329,26 +406,27 @@ void Alarms::enter_group(std::size_t item) {
   group->raised.push_back({item, items_[item].raised.now_ns});
 }
 
-std::uint32_t Alarms::order_of(std::size_t item) const {
-  if (!items_[item].state.is_shown()) return 0;
+std::vector<std::uint32_t> Alarms::orders() const {
+  std::vector<std::uint32_t> all(items_.size());
+  std::vector<core::TimeNs> times;
   for (const Group& group : groups_) {
-    if (group.name != items_[item].definition.group) continue;
-    const auto mine = std::find_if(group.raised.begin(), group.raised.end(),
-                                   [item](const Member& member) { return member.item == item; });
-    if (mine == group.raised.end()) return 0;
-    std::vector<core::TimeNs> before;
+    times.clear();
+    for (const Member& member : group.raised) times.push_back(member.now_ns);
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
     for (const Member& member : group.raised) {
-      if (member.now_ns < mine->now_ns) before.push_back(member.now_ns);
+      if (!items_[member.item].state.is_shown() || items_[member.item].definition.group != group.name) continue;
+      all[member.item] =
+          1 + static_cast<std::uint32_t>(std::lower_bound(times.begin(), times.end(), member.now_ns) - times.begin());
     }
-    std::sort(before.begin(), before.end());
-    return 1 + static_cast<std::uint32_t>(std::unique(before.begin(), before.end()) - before.begin());
   }
-  return 0;
+  return all;
 }
 
 std::vector<View> Alarms::list(bool all) const {
   const std::lock_guard lock(mutex_);
   std::vector<View> views;
+  const std::vector<std::uint32_t> order = orders();
   for (std::size_t i = 0; i < items_.size(); ++i) {
     const Item& item = items_[i];
     const State state = item.state.state();
@@ -360,7 +438,7 @@ std::vector<View> Alarms::list(bool all) const {
     view.value = item.shown_value;
     view.raised = item.raised;
     view.task = task_name(item.raised);
-    view.order = order_of(i);
+    view.order = order[i];
     view.user = item.user;
     view.comment = item.comment;
     view.until_ns = item.state.shelved_until_ns();
@@ -410,6 +488,7 @@ bool Alarms::shelve(const std::string& name, core::TimeNs until_ns, const Deed& 
   Item* const item = find(name);
   if (item == nullptr) return false;
   item->state.shelve(until_ns);
+  item->shelf_end_ns = deed.now_ns + until_ns - deed.utc_ns;
   happened(*item, Happened::kShelved, {deed.now_ns, deed.utc_ns, std::nullopt, 0}, &deed);
   return true;
 }

@@ -49,6 +49,7 @@ struct Kept {
   std::int64_t packed = 0;
   std::optional<core::TimeNs> shelved_until_ns;
   core::TimeNs raised_utc_ns = 0;
+  std::string user = {}, comment = {};  ///< who acknowledged it, shelved it or took it out of service since then
 };
 
 /// An alarm as people see it.
@@ -120,8 +121,9 @@ class Alarms final : public shadow::ScanObserver {
     core::TimeNs looked_ns = 0;
     double shown_value = 0;
     std::string user, comment;
-    bool changed = false;    ///< since it was kept
-    bool pins_read = false;  ///< those of an instance of ALARM, since the start
+    std::optional<core::TimeNs> shelf_end_ns;  ///< by the clock of the programs, which nobody sets
+    bool changed = false;                      ///< since it was kept
+    bool pins_read = false;                    ///< those of an instance of ALARM, since the start
   };
   /// What is to be read: the variable of an alarm, or what suppresses it.
   struct Look {
@@ -166,7 +168,8 @@ class Alarms final : public shadow::ScanObserver {
   static void read_pins(Item& item, const std::byte* ports);
   void happened(Item& item, Happened what, const Stamp& stamp, const Deed* deed = nullptr);
   void enter_group(std::size_t item);
-  [[nodiscard]] std::uint32_t order_of(std::size_t item) const;
+  /// Of each item in its group, as View::order.
+  [[nodiscard]] std::vector<std::uint32_t> orders() const;
   Item* find(const std::string& name);
   [[nodiscard]] std::string task_name(const Stamp& stamp) const;
 

@@ -34,6 +34,10 @@ class Answer {
 
   /// The object of a call of the form kJson; empty at first.
   Json& body() { return *body_; }
+  /// The object as text, in place of body(): what is the same for everybody is not made anew. It must outlive the
+  /// answer.
+  void give_ready(std::string_view text) { ready_ = text; }
+  [[nodiscard]] std::string_view ready() const { return ready_; }
   /// Bytes of a call of the form kFile, and the name under which a client may store them.
   void give_file(std::string bytes, std::string name);
 
@@ -62,6 +66,7 @@ class Answer {
   std::unique_ptr<Json> body_;
   bool refused_ = false, sets_cookie_ = false;
   Refusal refusal_;
+  std::string_view ready_;
   std::string cookie_, file_, file_name_, file_type_;
 };
 

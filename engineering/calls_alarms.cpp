@@ -1,7 +1,10 @@
 // Alarms: calls of the subject "alarms".
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "alarms/alarm_store.h"
 #include "alarms/alarms.h"
@@ -110,9 +113,10 @@ alarms::Alarms::Deed deed_of(const Context& context, const Caller& caller, const
 }
 
 /// Whether there is an alarm of this name; else the answer says so.
-bool knows(Context& context, const std::string& name, Answer& answer) {
+bool knows(Context& context, const std::string& name, Answer& answer, std::string field = "name") {
   if (context.alarms != nullptr && context.alarms->has(name)) return true;
-  answer.refuse({Code::P7101, "there is no alarm \"" + name + "\"", "alarms.list all=true lists them"}, "name");
+  answer.refuse({Code::P7101, "there is no alarm \"" + name + "\"", "alarms.list all=true lists them"},
+                std::move(field));
   return false;
 }
 
@@ -126,7 +130,7 @@ void acknowledge(Context& context, const Caller& caller, const Json& request, An
   std::vector<std::string> names;
   for (const Json& name : request.value("names", Json::array())) {
     names.push_back(name.get<std::string>());
-    if (!knows(context, names.back(), answer)) return;
+    if (!knows(context, names.back(), answer, fmt::format("names[{}]", names.size() - 1))) return;
   }
   const bool none = request.contains("names") && names.empty();
   const std::size_t count = context.alarms == nullptr || none

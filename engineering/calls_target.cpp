@@ -25,7 +25,7 @@ void version(Context& context, const Caller&, const Json&, Answer& answer) {
   answer.body() = {{"product", context.identity.product}, {"api", kApiVersion}};
 }
 
-void openapi(Context&, const Caller&, const Json&, Answer& answer) { answer.body() = openapi_document(); }
+void openapi(Context&, const Caller&, const Json&, Answer& answer) { answer.give_ready(openapi_text()); }
 
 constexpr Field kTargetAnswer[] = {
     text("product", "Name and version of the server"),

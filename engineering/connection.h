@@ -45,6 +45,7 @@ class Client {
 
   std::string peer;
   bool has_logged_in = false;
+  std::string user;             ///< whose call came last; empty: nobody's yet
   std::uint64_t last_used = 0;  ///< rises with every use of any connection
 };
 
@@ -58,6 +59,8 @@ class ClientOwner {
   /// The same for what a stream prepares, on the thread for files.
   virtual bool prepare(std::function<void()> work, std::function<void()> done) = 0;
   virtual void used(Client& client) = 0;
+  /// A stream goes on: it is in use, also when its client only reads.
+  virtual void goes_on(Client& client) = 0;
   virtual void closed(Client& client, bool dropped) = 0;
   virtual void counted_frame() = 0;
   /// One client at a time may send a file: false when another one does. It ends with end_file() or closed().
@@ -149,6 +152,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
 
   void read_request() {
     parser_.emplace();
+    head_alone_ = false;
     parser_->header_limit(kMostHeaderBytes);
     parser_->body_limit(kMostFileBytes);
     lowest().expires_after(owner_.request_timeout());
@@ -169,6 +173,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
 
   /// How much may follow is decided by what is asked, and who asks.
   void take_header() {
+    head_alone_ = parser_->get().method() == http::verb::head;
     const std::size_t most = owner_.dispatcher().most_body_bytes(request_of(parser_->get(), peer));
     if (most > kMostBodyBytes && !owner_.begin_file(*this)) {
       keep_alive_ = false;
@@ -226,7 +231,10 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     request.body = std::move(body);
     auto ready = std::make_shared<ReadyCall>(owner_.dispatcher().check(std::move(request)));
     if (ready->call == nullptr) return end_file(), send(std::move(ready->response));
-    if (!ready->caller.user.empty()) this->has_logged_in = true;
+    if (!ready->caller.user.empty()) {
+      this->has_logged_in = true;
+      this->user = ready->caller.user;
+    }
     if (ready->call->form == Form::kStream) return upgrade(ready);
     const bool taken = owner_.run(ready, [self = this->shared_from_this(), ready](HttpResponse response) {
       self->end_file();
@@ -240,6 +248,8 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   void send(HttpResponse given) {
     if (closed_) return;
     response_ = message_of(std::move(given), keep_alive_);
+    // WHY: who asks with HEAD takes a body for the begin of the next answer.
+    if (head_alone_) response_.body().clear();
     serializer_.emplace(response_);
     write_some();
   }
@@ -347,6 +357,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
       checked_ = now;
       messages_ = 0;
       if (!owner_.dispatcher().may_go_on(*ready_)) return refuse_stream();
+      owner_.goes_on(*this);
     }
     pump();
     timer_.expires_after(std::chrono::nanoseconds(stream_->period_ns()));
@@ -390,7 +401,8 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   Frame frame_;
   std::chrono::steady_clock::time_point checked_{};
   int messages_ = 0;
-  bool keep_alive_ = true, closed_ = false, closing_ = false, writing_ = false, takes_file_ = false;
+  bool keep_alive_ = true, closed_ = false, closing_ = false, writing_ = false, takes_file_ = false,
+       head_alone_ = false;
 };
 
 }  // namespace plc::engineering

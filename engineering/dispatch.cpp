@@ -291,6 +291,8 @@ HttpResponse Dispatcher::response_to(ReadyCall& ready) const {
       response.content_type = answer.file_type();
       response.is_picture = true;
     }
+  } else if (!answer.ready().empty()) {
+    response.body = answer.ready();
   } else {
     response.body = dump(answer.body()) + "\n";
   }

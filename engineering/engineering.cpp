@@ -136,6 +136,7 @@ struct Engineering::State {
   std::unique_ptr<Dispatcher> dispatcher;
   std::unique_ptr<Server> server;
   bool listening = false;
+  FolderLock folder_lock;
   std::string refusal;                                              ///< why not, as it was said
   std::optional<std::pair<std::string, FailedStart>> failed_start;  ///< for the audit: who has asked for it
   core::TimeNs next_ns = 0, past_ns = 0, pages_ns = 0;
@@ -154,6 +155,9 @@ void Engineering::State::open(std::vector<Said>& said) {
     if (const std::string why = make_private_folder(options.folder); !why.empty()) {
       return refused(
           {core::Code::P7701, why, "users and audit are kept there: --state DIR, or [retain] state in plc.toml"});
+    }
+    if (const std::string why = folder_lock.take(options.folder); !why.empty()) {
+      return refused({core::Code::P7701, why, "give each of them a folder of its own: --state DIR"});
     }
   }
   if (!users) {
@@ -348,6 +352,10 @@ void Engineering::on_sessions(std::function<void(std::string handover)> changed)
 std::vector<Said> Engineering::force_again(bool warm, bool trial) {
   std::vector<Said> said;
   if (trial) state_->kept_forces.hold();
+  if (const std::string why = state_->folder_lock.take(state_->options.folder); !why.empty()) {
+    said.push_back({core::Severity::kWarning, "engineering: no kept force is set: " + why});
+    return said;
+  }
   if (warm) {
     for (std::string& one : engineering::force_again(state_->options.folder, state_->calendar.utc_ns(),
                                                      state_->clock.now_ns(), state_->forces))

@@ -176,4 +176,9 @@ const Json& openapi_document() {
   return document;
 }
 
+const std::string& openapi_text() {
+  static const std::string text = openapi_document().dump() + "\n";
+  return text;
+}
+
 }  // namespace plc::engineering

@@ -3,6 +3,8 @@
 // Does not belong here: serving it (calls_target.cpp).
 #pragma once
 
+#include <string>
+
 #include "engineering/call.h"
 
 namespace plc::engineering {
@@ -11,5 +13,7 @@ namespace plc::engineering {
 inline constexpr int kApiVersion = 1;
 
 const Json& openapi_document();
+/// The same as it is served: made once, the first time that somebody asks.
+const std::string& openapi_text();
 
 }  // namespace plc::engineering

@@ -8,6 +8,8 @@
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <exception>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "engineering/connection.h"
@@ -72,6 +74,7 @@ struct Server::State final : ClientOwner {
     client.last_used = ++uses;
     counters.requests.fetch_add(1, std::memory_order_relaxed);
   }
+  void goes_on(Client& client) override { client.last_used = ++uses; }
   void closed(Client& client, bool dropped) override;
   bool begin_file(Client& client) override {
     if (file_from == nullptr) file_from = &client;
@@ -94,6 +97,7 @@ struct Server::State final : ClientOwner {
   void accept();
   void admit(tcp::socket socket);
   bool make_room();
+  [[nodiscard]] std::shared_ptr<Client> who_gives_way() const;
   void run_io() noexcept;
 
   /// What one start() needs and one stop() ends. Declared in the order of construction: connections go first.
@@ -191,14 +195,30 @@ void Server::State::accept() {
   });
 }
 
-/// Of those that have not logged in, the one unused for longest gives way.
-bool Server::State::make_room() {
-  auto& all = session->clients;
-  if (all.size() < options.max_clients) return true;
+/// Of those that have not logged in, the one unused for longest; where all have, that of the user who has most places.
+/// Nobody when each has one, and never who sends a file.
+std::shared_ptr<Client> Server::State::who_gives_way() const {
+  const auto& all = session->clients;
+  std::unordered_map<std::string_view, std::size_t> places;
+  std::size_t most = 0;
+  bool all_known = true;
+  for (const auto& client : all) {
+    if (client.get() == file_from) continue;
+    all_known = all_known && client->has_logged_in;
+    most = std::max(most, ++places[client->user]);
+  }
+  if (all_known && most < 2) return nullptr;
   std::shared_ptr<Client> least;
   for (const auto& client : all) {
-    if (!client->has_logged_in && (!least || client->last_used < least->last_used)) least = client;
+    const bool may = all_known ? places[client->user] == most : !client->has_logged_in;
+    if (may && client.get() != file_from && (!least || client->last_used < least->last_used)) least = client;
   }
+  return least;
+}
+
+bool Server::State::make_room() {
+  if (session->clients.size() < options.max_clients) return true;
+  const std::shared_ptr<Client> least = who_gives_way();
   if (!least) return false;
   least->close();
   closed(*least, true);

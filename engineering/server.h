@@ -3,8 +3,8 @@
 // In: an address, a dispatcher, limits. Out: answers to any number of clients up to the limit. What takes long runs on
 // further threads: one for passwords, one for files, one for the past, one for images that are looked at. Loopback
 // alone is served without TLS. Slow, half-open and silent clients lose their connection; where all places are taken,
-// one that has not logged in gives way. Threads: start() and stop() belong to one owner; statistics any. Does not
-// belong here: what calls do, who may call.
+// one that has not logged in gives way, and where all have, one of the user who has most. Threads: start() and stop()
+// belong to one owner; statistics any. Does not belong here: what calls do, who may call.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,7 @@
 #include "engineering/state_files.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -77,6 +78,22 @@ std::optional<std::string> read_whole_file(const std::string& path, std::string&
     return std::nullopt;
   }
   return std::string{std::istreambuf_iterator<char>(in), {}};
+}
+
+FolderLock::~FolderLock() {
+  if (directory_ >= 0) ::close(directory_);
+}
+
+std::string FolderLock::take(const std::string& folder) {
+  if (directory_ >= 0 || folder.empty()) return {};
+  const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory < 0) return {};
+  if (::flock(directory, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
+    directory_ = directory;
+    return {};
+  }
+  ::close(directory);
+  return "folder " + folder + " is in use by another plc-run";
 }
 
 }  // namespace plc::engineering

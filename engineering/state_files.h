@@ -20,4 +20,19 @@ std::string write_file(const std::string& path, std::string_view bytes, unsigned
 /// than 64 MB.
 std::optional<std::string> read_whole_file(const std::string& path, std::string& why);
 
+/// A folder that no other process uses meanwhile. Threads: one.
+class FolderLock {
+ public:
+  FolderLock() = default;
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+  /// Empty, or that another process has it. A folder that cannot be locked for another reason is used without a lock.
+  std::string take(const std::string& folder);
+
+ private:
+  int directory_ = -1;
+};
+
 }  // namespace plc::engineering

@@ -4,6 +4,8 @@
 #include <set>
 #include <utility>
 
+#include "core/text.h"
+
 namespace plc::historian {
 namespace {
 
@@ -16,19 +18,20 @@ Chosen chosen_by(const Settings& settings, runtime::Resource& resource, bool rec
   const runtime::Access access(resource);
   std::set<std::string> known;
   Chosen chosen;
-  for (const std::string& pattern : settings.tags) {
+  for (std::size_t i = 0; i < settings.tags.size(); ++i) {
+    const std::string& pattern = settings.tags[i];
+    const core::SourceRef at = i < settings.tags_at.size() ? settings.tags_at[i] : core::SourceRef();
     const bool one = pattern.find_first_of("*?") == std::string::npos;
     std::size_t found = 0;
     const auto add = [&](const std::string& path) {
       auto watched = alarms::watch(resource, path, recorded);
       if (!watched) {
         // A pattern means what can be kept of what it matches.
-        if (one)
-          diagnostics.report(watched.error().code, settings.tags_at, {}, watched.error().message, watched.error().help);
+        if (one) diagnostics.report(watched.error().code, at, {}, watched.error().message, watched.error().help);
         return;
       }
       ++found;
-      if (chosen.tags.size() >= kMostTags || !known.insert(path).second) return;
+      if (chosen.tags.size() >= kMostTags || !known.insert(core::folded(path)).second) return;
       chosen.tags.push_back({path, watched->type, 0});
       chosen.watched.push_back(std::move(*watched));
     };
@@ -38,8 +41,7 @@ Chosen chosen_by(const Settings& settings, runtime::Resource& resource, bool rec
     }
     for (const std::string& path : access.list(pattern, kMostTags)) add(path);
     if (found == 0)
-      diagnostics.report(core::Code::P7101, settings.tags_at, {},
-                         "no variable that can be kept matches \"" + pattern + "\"");
+      diagnostics.report(core::Code::P7101, at, {}, "no variable that can be kept matches \"" + pattern + "\"");
   }
   return chosen;
 }

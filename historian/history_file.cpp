@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "alarms/watch.h"
+#include "core/text.h"
 
 namespace plc::historian {
 namespace {
@@ -63,14 +66,28 @@ bool HistoryFile::open() {
 }
 
 bool HistoryFile::number_tags() {
-  storage::Statement insert(database_, "INSERT OR IGNORE INTO tag (path, type) VALUES (?1, ?2)");
-  storage::Statement find(database_, "SELECT number FROM tag WHERE path = ?1 AND type = ?2");
+  // In any letter case, as programs name it: the course goes on when somebody writes it in another one.
+  const auto key = [](std::string_view path, std::int64_t type) { return fmt::format("{} {}", type, path); };
+  std::unordered_map<std::string, std::int64_t> exact, folded;
+  {
+    storage::Statement rows(database_, "SELECT number, path, type FROM tag ORDER BY number");
+    while (rows.next()) {
+      const std::string path = rows.text(1);
+      exact[key(path, rows.integer(2))] = folded[key(core::folded(path), rows.integer(2))] = rows.integer(0);
+    }
+  }
+  storage::Statement insert(database_, "INSERT INTO tag (path, type) VALUES (?1, ?2)");
   for (Tag& tag : tags_) {
     const auto type = static_cast<std::int64_t>(tag.type);
-    if (!insert.bind(1, tag.path).bind(2, type).run()) return false;
-    if (!find.bind(1, tag.path).bind(2, type).next()) return false;
-    const std::int64_t number = find.integer(0);
-    find.reset();
+    std::int64_t number = 0;
+    if (const auto same = exact.find(key(tag.path, type)); same != exact.end()) {
+      number = same->second;
+    } else if (const auto alike = folded.find(key(core::folded(tag.path), type)); alike != folded.end()) {
+      number = alike->second;
+    } else {
+      if (!insert.bind(1, tag.path).bind(2, type).run()) return false;
+      number = database_.number("SELECT last_insert_rowid()");
+    }
     const std::lock_guard lock(mutex_);
     tag.number = number;
   }
@@ -369,7 +386,8 @@ void HistoryFile::flush() { close_stretch(); }
 
 void HistoryFile::newest(std::string_view path, std::vector<std::pair<std::int64_t, double>>& to) const {
   const std::lock_guard lock(mutex_);
-  const auto tag = std::find_if(tags_.begin(), tags_.end(), [&](const Tag& one) { return one.path == path; });
+  const auto tag =
+      std::find_if(tags_.begin(), tags_.end(), [&](const Tag& one) { return core::iequals(one.path, path); });
   if (tag == tags_.end()) return;
   const auto i = static_cast<std::size_t>(tag - tags_.begin());
   const auto append = [&](const Stretch& stretch) {

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "alarms/watch.h"
+#include "core/text.h"
 
 namespace plc::historian {
 namespace {
@@ -15,7 +16,7 @@ constexpr std::int64_t kSecondUs = kSecond / kUs;
 
 }  // namespace
 
-/// Takes what comes, in the order of time, into stretches of one width.
+/// Takes what comes, mostly in the order of time, into stretches of one width.
 class HistoryReader::Collector {
  public:
   Collector(std::int64_t tag, core::TypeId of_type, std::int64_t from_us, std::int64_t to_us, std::size_t points)
@@ -43,7 +44,11 @@ class HistoryReader::Collector {
     put(us, one);
   }
   Course take() {
-    if (exact_) return {std::move(samples_), 0};
+    const auto is_before = [](const Point& one, const Point& other) { return one.us < other.us; };
+    if (exact_) {
+      std::stable_sort(samples_.begin(), samples_.end(), is_before);
+      return {std::move(samples_), 0};
+    }
     return {std::move(points_), step_us_ * kUs};
   }
   [[nodiscard]] std::int64_t step_us() const { return step_us_; }
@@ -57,7 +62,12 @@ class HistoryReader::Collector {
     if (us < from_us_ - step_us_ || us > to_us_ || one.empty()) return;
     const std::int64_t at = from_us_ + std::max<std::int64_t>(0, us - from_us_) / step_us_ * step_us_;
     if (points_.empty() || points_.back().us < at) points_.push_back({at, {}});
-    points_.back().summary.add(one);
+    if (points_.back().us == at) return points_.back().summary.add(one);
+    // The clock was set back: what comes now lies before what came then.
+    auto place = std::lower_bound(points_.begin(), points_.end(), at,
+                                  [](const Point& point, std::int64_t time) { return point.us < time; });
+    if (place->us != at) place = points_.insert(place, {at, {}});
+    place->summary.add(one);
   }
 
   std::int64_t from_us_, to_us_, step_us_;
@@ -93,15 +103,20 @@ std::optional<Course> HistoryReader::read(std::string_view path, core::TimeNs fr
   points = std::clamp<std::size_t>(points, 1, kMostPoints);
   std::optional<Collector> collector;
   const auto& tags = file_.tags();
-  const auto now = std::find_if(tags.begin(), tags.end(), [&](const Tag& tag) { return tag.path == path; });
+  const auto now =
+      std::find_if(tags.begin(), tags.end(), [&](const Tag& tag) { return core::iequals(tag.path, path); });
   if (open()) {
-    const bool present = now != tags.end();
-    storage::Statement tag(database_,
-                           "SELECT number, type FROM tag WHERE path = ?1 AND (type = ?2 OR ?2 < 0) "
-                           "ORDER BY number DESC LIMIT 1");
-    tag.bind(1, path).bind(2, present ? static_cast<std::int64_t>(now->type) : std::int64_t{-1});
-    if (tag.next() && tag.integer(1) >= 0 && tag.integer(1) < static_cast<std::int64_t>(core::TypeId::kPointer))
-      collector.emplace(tag.integer(0), static_cast<core::TypeId>(tag.integer(1)), from_us, to_us, points);
+    const auto type = now != tags.end() ? static_cast<std::int64_t>(now->type) : std::int64_t{-1};
+    const std::string_view name = now != tags.end() ? std::string_view(now->path) : path;
+    for (const char* const alike : {"", " COLLATE NOCASE"}) {
+      storage::Statement tag(database_, fmt::format("SELECT number, type FROM tag WHERE path = ?1{} AND "
+                                                    "(type = ?2 OR ?2 < 0) ORDER BY number DESC LIMIT 1",
+                                                    alike));
+      if (!tag.bind(1, name).bind(2, type).next()) continue;
+      if (tag.integer(1) >= 0 && tag.integer(1) < static_cast<std::int64_t>(core::TypeId::kPointer))
+        collector.emplace(tag.integer(0), static_cast<core::TypeId>(tag.integer(1)), from_us, to_us, points);
+      break;
+    }
   }
   if (!collector && now == tags.end()) return std::nullopt;
   if (!collector) collector.emplace(0, now->type, from_us, to_us, points);

@@ -13,8 +13,8 @@
 namespace plc::historian {
 
 struct Settings {
-  std::vector<std::string> tags;  ///< patterns of paths
-  core::SourceRef tags_at;
+  std::vector<std::string> tags;           ///< patterns of paths
+  std::vector<core::SourceRef> tags_at;    ///< of each, where it is written; or none
   core::TimeNs interval_ns = 100'000'000;  ///< between two samples
   std::uint32_t days = 30;
   std::uint64_t most_bytes = 5'000'000'000;

@@ -2,14 +2,37 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "log/format.h"
 
 namespace plc::log {
 namespace {
+
 constexpr core::TimeNs kSumsNs = 1'000'000'000;
+
+/// Lines after the first belong to the message, and begin with a blank: none of them looks like another one.
+void split_lines(Record& record) {
+  const std::size_t end = record.text.find('\n');
+  if (end == std::string::npos) return;
+  std::string lines;
+  for (std::size_t at = end; at < record.text.size();) {
+    const std::size_t next = std::min(record.text.find('\n', at + 1), record.text.size());
+    const std::string_view line = std::string_view(record.text).substr(at + 1, next - at - 1);
+    if (!line.empty()) lines += fmt::format("{}{}{}", lines.empty() ? "" : "\n", line.front() == ' ' ? "" : "  ", line);
+    at = next;
+  }
+  record.text.resize(end);
+  if (record.details.empty() || lines.empty()) {
+    record.details += lines;
+  } else {
+    record.details = lines + "\n" + record.details;
+  }
 }
+
+}  // namespace
 
 Log::Log(const Options& options, std::unique_ptr<Sink> sink, std::string name, std::ostream& aside)
     : options_(options),
@@ -21,6 +44,7 @@ Log::Log(const Options& options, std::unique_ptr<Sink> sink, std::string name, s
 void Log::write(Record record) {
   if (record.severity < options_.level) return;
   if (record.utc_ns == 0) record.utc_ns = calendar_.utc_ns();
+  split_lines(record);
   if (limiter_.admit(record, clock_.now_ns())) emit(record);
 }
 

@@ -31,7 +31,7 @@ class Log {
   void also_tell(std::function<void(const Record&)> tell) { tell_ = std::move(tell); }
   /// From here on this process is the one that goes on.
   void start() { sink_->start(); }
-  /// Without a time of its own the record gets the present one.
+  /// Without a time of its own the record gets the present one. Lines of its text after the first become details.
   void write(Record record);
   /// About every 20 ms: sums, what waits, what has become of the sink.
   void service();

@@ -3,8 +3,10 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 
 namespace plc::storage {
@@ -26,6 +28,26 @@ bool is_broken(int code) { return (code & 0xff) == SQLITE_NOTADB || (code & 0xff
 
 }  // namespace
 
+Database::~Database() {
+  close();
+  if (lock_ >= 0) ::close(lock_);
+}
+
+/// Whoever writes has counted what is there: two of them would replace the rows of each other.
+bool Database::lock(const std::string& path) {
+  if (lock_ >= 0 || path == ":memory:") return true;
+  // WHY not the file itself: whoever closes any descriptor of it gives up the locks that SQLite has there.
+  const int file = ::open((path + "-lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600);
+  if (file < 0) return true;  // a full disk, a folder that cannot be written: the database says that itself
+  if (::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
+    lock_ = file;
+    return true;
+  }
+  ::close(file);
+  why_ = "another plc-run writes it";
+  return false;
+}
+
 bool Database::fails() {
   why_ = handle_ == nullptr ? "no memory" : sqlite3_errmsg(handle_);
   return false;
@@ -42,6 +64,7 @@ bool Database::prepare_file(std::string_view schema, unsigned page_bytes) {
 
 bool Database::open(const std::string& path, std::string_view schema, std::string& said, unsigned page_bytes) {
   said.clear();
+  if (!lock(path)) return close(), false;
   for (int attempt = 0;; ++attempt) {
     close();
     make_private(path);

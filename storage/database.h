@@ -1,8 +1,8 @@
 // Database: a file of SQLite that survives being killed, a full disk and a file that is no database any more.
 //
 // In: SQL. Out: rows, or in words why not. A file that cannot be read is renamed to NAME.broken, and a new one begins.
-// Threads: one at a time for each object; several objects may have one file, of which one writes. Does not belong here:
-// what is stored.
+// Threads: one at a time for each object; several objects may have one file, of which one writes: a second one that
+// would, in this or another process, cannot open it. Does not belong here: what is stored.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ class Statement;
 class Database {
  public:
   Database() = default;
-  ~Database() { close(); }
+  ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
@@ -49,9 +49,11 @@ class Database {
  private:
   friend class Statement;
   bool prepare_file(std::string_view schema, unsigned page_bytes);
+  bool lock(const std::string& path);
   bool fails();
 
   sqlite3* handle_ = nullptr;
+  int lock_ = -1;  ///< of a file beside it, from the first open() on
   std::string why_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <unordered_set>
 
@@ -66,13 +67,27 @@ bool read_condition(const ReadTable& row, Definition& to, core::Diagnostics& dia
     }
     first = key.name;
     to.comparison = key.comparison;
-    to.limit = number(row.values.text(key.name));
+    const std::string text = row.values.text(key.name);
+    to.limit = number(text);
+    const bool compares = key.comparison == Comparison::kAbove || key.comparison == Comparison::kBelow;
+    if (compares && (text == "true" || text == "false")) {
+      diagnostics.report(Code::P7304, row.values.place(key.name, row.at), {},
+                         fmt::format("\"{}\" takes a number, not {}", key.name, text),
+                         "of a BOOL \"when\" says which value it is");
+      return false;
+    }
+    if (!std::isfinite(to.limit)) {
+      diagnostics.report(Code::P7305, row.values.place(key.name, row.at), {},
+                         fmt::format("\"{}\" is {}: the condition never changes", key.name, text));
+      return false;
+    }
   }
   if (to.comparison == Comparison::kTrue && first == "when" && to.limit == 0) to.comparison = Comparison::kFalse;
   to.hysteresis = number(row.values.text("hysteresis"));
   const bool analog = to.comparison == Comparison::kAbove || to.comparison == Comparison::kBelow;
-  if (!(to.hysteresis >= 0)) {
-    diagnostics.report(Code::P7305, row.values.place("hysteresis", row.at), {}, "\"hysteresis\" is less than 0");
+  if (!(to.hysteresis >= 0) || !std::isfinite(to.hysteresis)) {
+    diagnostics.report(Code::P7305, row.values.place("hysteresis", row.at), {},
+                       to.hysteresis < 0 ? "\"hysteresis\" is less than 0" : "\"hysteresis\" is no number");
     return false;
   }
   if (row.values.has("hysteresis") && !analog) {

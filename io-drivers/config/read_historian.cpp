@@ -26,8 +26,10 @@ std::optional<historian::Settings> read_historian(std::string_view text, std::st
   if (tables.empty()) return std::nullopt;
   const KeyValues& values = tables.front().values;
   historian::Settings settings;
-  for (const Placed& tag : values.list("tags")) settings.tags.push_back(tag.text);
-  settings.tags_at = values.place("tags", tables.front().at);
+  for (const Placed& tag : values.list("tags")) {
+    settings.tags.push_back(tag.text);
+    settings.tags_at.push_back(tag.at);
+  }
   settings.interval_ns = values.number("interval");
   settings.days = static_cast<std::uint32_t>(values.number("days"));
   settings.most_bytes = static_cast<std::uint64_t>(values.number("size")) * 1'000'000;

@@ -28,12 +28,12 @@ PASSWORDS = ["correct horse battery", "another horse battery"]
 class Plant:
     """A plc-run that runs, with a folder of its own."""
 
-    def __init__(self, *flags):
+    def __init__(self, *flags, project=PROJECT):
         self.folder = tempfile.mkdtemp()
         self.out = os.path.join(self.folder, "out")
         with open(self.out, "wb") as out:
             self.process = subprocess.Popen(
-                [PLC_RUN, PROJECT, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", self.folder + "/state", *flags],
+                [PLC_RUN, project, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", self.folder + "/state", *flags],
                 stdout=out,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,  # Ctrl-C is for the test
@@ -190,6 +190,13 @@ class Module(WithPlant):
         self.assertEqual(next(stream), {path: not before})
         self.assertGreater(stream.scans, 0)
         stream.close()
+        some = self.plc.values_stream([path, "Nowhere"])
+        self.assertEqual([one["path"] for one in some.problems], ["Nowhere"])
+        self.assertIn(path, next(some))
+        some.close()
+        with self.assertRaises(picard.PicardError) as refused:  # it would wait for ever
+            self.plc.values_stream(["Nowhere"])
+        self.assertEqual(refused.exception.code, "P7101")
 
     def test_a_stream_of_the_log(self):
         stream = self.plc.log_stream(after=0)
@@ -514,6 +521,79 @@ class Kept(WithPlant):
     @staticmethod
     def points(text):
         return json.loads(text)["points"]
+
+
+TEXTS = """
+VAR_GLOBAL Text : STRING[20]; Wide : WSTRING[20]; Number : REAL; END_VAR
+PROGRAM Main
+END_PROGRAM
+CONFIGURATION C
+  RESOURCE R ON PLC
+    TASK T(INTERVAL := T#20ms, PRIORITY := 0);
+    PROGRAM main WITH T : Main;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+class RemoteTexts(unittest.TestCase):
+    def test_what_is_typed_is_written(self):
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        project = os.path.join(folder, "texts.st")
+        with open(project, "w") as file:
+            file.write(TEXTS)
+        plant = Plant(project=project)
+        self.addCleanup(plant.stop)
+        plant.remote("first-user", plant.code, "anna", secret=PASSWORDS[0])
+        for typed in ("1.50", "1e5", "TRUE", "null", "[1]", "a=b"):
+            for more in ((), ("--json",)):
+                done = plant.remote("write", f"Text={typed}", f"Wide={typed}", *more)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                read = json.loads(plant.remote("values.read", "paths=Text", "paths=Wide").stdout)["values"]
+                self.assertEqual([one["value"] for one in read], [typed, typed])
+        self.assertEqual(plant.remote("write", "Number=1.50").returncode, 0)
+
+
+class TwoInOneFolder(WithPlant):
+    def test_the_second_one_leaves_what_the_first_one_keeps(self):
+        with picard.Plc(self.plant.url) as plc:
+            plc.token = plc.first_user(self.plant.code, "anna", PASSWORDS[0], token=True)["token"]
+            state = self.plant.folder + "/state"
+            second = os.path.join(self.plant.folder, "second")
+            with open(second, "wb") as out:
+                other = subprocess.Popen(
+                    [PLC_RUN, PROJECT, "--modbus", "off", "--engineering", "127.0.0.1:0", "--state", state],
+                    stdout=out, stderr=subprocess.STDOUT, start_new_session=True,
+                )
+
+            def said():
+                with open(second) as file:
+                    return file.read()
+            try:
+                for part in ("P7701: folder", "alarms.db: another plc-run writes it", "history.db cannot be written: another"):
+                    for _ in range(600):
+                        if part in said():
+                            break
+                        time.sleep(0.05)
+                    self.assertIn(part, said())
+                self.assertNotRegex(said(), r"engineering: https?:")
+                plc.users_add("ben", PASSWORDS[1], "viewer")
+                self.plant.process.send_signal(signal.SIGTERM)
+                self.plant.process.wait(60)
+                for _ in range(600):  # the first one has ended: the second one goes on with what is there
+                    found = re.search(r"engineering: (https?://\S+)\n", said())
+                    if found:
+                        break
+                    time.sleep(0.05)
+                self.assertTrue(found, said())
+                with picard.Plc(found.group(1)) as late:
+                    late.login("ben", PASSWORDS[1])
+                checked = subprocess.run([PLC, "audit", state + "/engineering", "--check"], capture_output=True, text=True, timeout=60)
+                self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
+            finally:
+                other.send_signal(signal.SIGTERM)
+                other.wait(60)
 
 
 if __name__ == "__main__":

@@ -323,7 +323,7 @@ class Tank(WithBrowser):
         query = "/api/history?tag=Level&from=0&to=9000000000&points=1000"
         b.wait("what is kept", lambda: len(self.plant.call(query)["points"]) > 20)
         b.go("trends")
-        b.enter("Add a variable", "Level")
+        b.enter("Add a variable", "level")  # programs name it in any letter case
         b.press(Keys.ENTER)
         b.one(".chart canvas")
         b.labelled("Shown").send_keys("8 h")
@@ -337,7 +337,7 @@ class Tank(WithBrowser):
         b.wait("its values", lambda: len(lines()) > 1)
         self.shot("trends-past")
         self.assertEqual(lines()[0], '"time","variable","least","mean","greatest"')
-        self.assertRegex(lines()[1], r'^\d{4}-\d\d-\d\dT[\d:.]+Z,"Level",[-\d.e]+,[-\d.e]+,[-\d.e]+$')
+        self.assertRegex(lines()[1], r'^\d{4}-\d\d-\d\dT[\d:.]+Z,"level",[-\d.e]+,[-\d.e]+,[-\d.e]+$')
         # Nearer, down to the samples.
         for _ in range(12):
             b.wait("zoom", lambda: b.find("[aria-label='Zoom in']"))[0].click()
@@ -497,6 +497,39 @@ class Hostile(WithBrowser):
         b.enter("Search", "<script>")
         b.wait_for_text("No variable matches")
         b.enter("Search", Keys.BACKSPACE)
+
+
+MANY = 1001
+MANY_ALARMS = f"""
+VAR_GLOBAL Wrong : ARRAY[1..{MANY}] OF BOOL := [{MANY}(TRUE)]; END_VAR
+PROGRAM Main
+END_PROGRAM
+CONFIGURATION C
+  RESOURCE R ON PLC
+    TASK T(INTERVAL := T#20ms, PRIORITY := 0);
+    PROGRAM main WITH T : Main;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+class ManyAlarms(WithBrowser):
+    def test_that_not_all_are_shown_is_said(self):
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        with open(folder + "/many.st", "w") as file:
+            file.write(MANY_ALARMS)
+        with open(folder + "/alarms.toml", "w") as file:
+            for i in range(1, MANY + 1):
+                file.write(f'[[alarm]]\nvariable = "Wrong[{i}]"\ntext = "wrong {i}"\n')
+        plant = Plant(PLC_RUN, folder + "/many.st")
+        self.addCleanup(plant.remove)
+        plant.make_first_user()
+        b = self.browser
+        b.login(plant.url, *ADMIN)
+        b.go("alarms")
+        b.wait_for_text("These are the 1000 that need somebody first")
+        self.assert_nothing_noted()
 
 
 if __name__ == "__main__":

@@ -297,7 +297,15 @@ class Session {
       values.push_back({{"path", argument.substr(0, equals)}, {"value", value_of(argument.substr(equals + 1))}});
       which.push_back(values.back()["path"]);
     }
-    const auto before = remote_.json ? std::nullopt : ask(row("values.read"), {{"paths", which}}, true);
+    const auto before = ask(row("values.read"), {{"paths", which}}, true);
+    for (std::size_t i = 0; before && i < values.size(); ++i) {
+      // Of a text what was typed counts: 1.50 is no number there.
+      const std::string type = (*before)["values"][i].value("type", "");
+      const bool characters =
+          type.starts_with("STRING") || type.starts_with("WSTRING") || type == "CHAR" || type == "WCHAR";
+      const std::string& argument = remote_.arguments[i];
+      if (characters && !values[i]["value"].is_string()) values[i]["value"] = argument.substr(argument.find('=') + 1);
+    }
     const auto answer = ask("values.write", {{"values", values}});
     if (!answer) return kExitErrors;
     if (remote_.json) return print(*answer);

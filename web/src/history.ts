@@ -19,8 +19,20 @@ interface Course {
   step: number;
 }
 
+/** Programs name variables in any letter case. */
+function nameOf(path: string): string {
+  return path.toLowerCase();
+}
+
+/** Whether the historian keeps the variable. */
+export function isKept(path: string, kept: readonly string[]): boolean {
+  const name = nameOf(path);
+  return kept.some((tag) => nameOf(tag) === name);
+}
+
 export class PastCourses implements Drawn {
   readonly series: Series[] = [];
+  private readonly kept: ReadonlySet<string>;
   private courses: readonly Course[] = [];
   private shown: Float64Array[] = [];
   private asked = { from: 0, to: 0 };
@@ -31,9 +43,10 @@ export class PastCourses implements Drawn {
 
   constructor(
     live: readonly Series[],
-    private readonly kept: readonly string[],
+    kept: readonly string[],
     private readonly onChange: (problem: unknown) => void,
   ) {
+    this.kept = new Set(kept.map(nameOf));
     for (const one of live) this.series.push({ path: one.path, shape: one.shape, samples: new Float64Array(0), latest: NaN });
     this.shown = [new Float64Array(0), ...this.series.map(() => new Float64Array(0))];
   }
@@ -84,7 +97,7 @@ export class PastCourses implements Drawn {
       const exact = to - from <= scanned ? await this.scans(from, to) : undefined;
       const courses = exact ?? await Promise.all(
         this.series
-          .filter((one) => this.kept.includes(one.path))
+          .filter((one) => this.kept.has(nameOf(one.path)))
           .map(async ({ path }) => ({ path, ...(await ask(() => plc.historyQuery({ tag: path, from, to, points }))) })),
       );
       if (this.ended || this.asked.from !== from || this.asked.to !== to) return;

@@ -425,6 +425,7 @@ export const texts = {
     until: (time: string) => `until ${time}`,
     ack: "Acknowledge",
     ackAll: "Acknowledge all …",
+    cut: (most: number) => `These are the ${most} that need somebody first; there may be more.`,
     ackTitle: (n: number) => `Acknowledge ${count(n, "alarm", "alarms")}`,
     ackOne: (name: string) => `Acknowledge ${name}`,
     ackDone: (n: number) => `${count(n, "alarm", "alarms")} acknowledged`,

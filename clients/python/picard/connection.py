@@ -295,7 +295,8 @@ _FORMS = {
 
 class Values:
     """Values of a subscription as they change: iterate over it. Each step gives a dict of path and value of those that
-    have changed; `scans` and `time_ns` are of the newest frame. Times and dates are nanoseconds."""
+    have changed; `scans` and `time_ns` are of the newest frame. Times and dates are nanoseconds. `problems` names the paths
+    that have no values; when none has, PicardError is raised."""
 
     def __init__(self, web, paths):
         self._web = web
@@ -311,6 +312,9 @@ class Values:
         self._number = answer["subscription"]
         self.layout = answer["layout"]
         self.problems = answer.get("problems", [])
+        if not self.layout and self.problems:  # no frame would ever have a value
+            web.close()
+            raise PicardError(404, self.problems[0])
         self.scans = 0
         self.time_ns = 0
 

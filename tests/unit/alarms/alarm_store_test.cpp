@@ -10,6 +10,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <thread>
 
@@ -71,6 +72,53 @@ TEST(AlarmStore, KeepsEventsAndStates) {
   EXPECT_EQ(store.read({.most = 1}).size(), 1u);
 }
 
+TEST(AlarmStore, KnowsWhoHasSaidWhatSinceItWasRaised) {
+  const Folder folder;
+  std::vector<std::string> said;
+  {
+    AlarmStore store(folder.path, said);
+    store.start();
+    Event seen = event(2);
+    seen.what = Happened::kAcknowledged;
+    seen.user = "otto";
+    seen.comment = "seen";
+    Event shelved = event(4, "Low");
+    shelved.what = Happened::kShelved;
+    shelved.user = "anna";
+    shelved.comment = "sensor is being changed";
+    store.add({event(1), seen, event(3, "Low"), shelved, event(5)}, {{"High", 3, std::nullopt, 5}, {"Low", 1, 99, 3}});
+    store.stop();
+  }
+  AlarmStore store(folder.path, said);
+  const auto states = store.states();
+  ASSERT_EQ(states.size(), 2u);
+  EXPECT_EQ(states[0].user + states[0].comment, "") << "High was raised again since";
+  EXPECT_EQ(states[1].user + ": " + states[1].comment, "anna: sensor is being changed");
+}
+
+TEST(AlarmStore, IsNotWrittenByTwo) {
+  const Folder folder;
+  std::vector<std::string> said;
+  auto first = std::make_unique<AlarmStore>(folder.path, said);
+  first->start();
+  first->add({event(1), event(2)}, {});
+  ASSERT_TRUE(said.empty()) << said.front();
+  AlarmStore second(folder.path, said);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].find("another plc-run writes it"), std::string::npos) << said[0];
+  second.start();
+  second.add({event(1, "Other")}, {});
+  first.reset();
+  std::string again;
+  for (int i = 0; i < 2000 && again.empty(); ++i) {
+    again = second.take_said();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  const auto all = second.read({});
+  ASSERT_EQ(all.size(), 3u) << "what waited comes behind what the first one has written";
+  EXPECT_EQ(all[0].alarm, "Other");
+}
+
 TEST(AlarmStore, IsWholeAfterAKill) {
   const Folder folder;
   std::int64_t last = 0;
@@ -85,7 +133,7 @@ TEST(AlarmStore, IsWholeAfterAKill) {
       for (std::int64_t i = last + 1;; ++i) {
         store.add({event(i)}, {{"High", i, std::nullopt, i}});
         const char byte = 1;
-        if (i == last + 200) static_cast<void>(::write(pipes[1], &byte, 1));
+        if (i == last + 200 && ::write(pipes[1], &byte, 1) != 1) ::_exit(1);
         ::usleep(20);
       }
     }

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <sstream>
 #include <thread>
 
 #include "runtime/sched/realtime.h"
@@ -111,7 +113,7 @@ TEST(Alarms, AreAcknowledgedShelvedAndTakenOutOfService) {
   EXPECT_EQ(view.state, State::kAckedActive);
   EXPECT_EQ(view.user + " " + view.comment, "otto seen");
   EXPECT_FALSE(plant.alarms.shelve("None", 100, {}));
-  EXPECT_TRUE(plant.alarms.shelve("Total", 100, {"otto", "trial", 6, 0}));
+  EXPECT_TRUE(plant.alarms.shelve("Total", 100, {"otto", "trial", 6, plant.now_ns}));
   EXPECT_EQ(plant.alarms.list(false).front().state, State::kShelved);
   plant.alarms.service(plant.now_ns, 99);
   EXPECT_EQ(plant.alarms.list(false).front().state, State::kShelved);
@@ -125,6 +127,71 @@ TEST(Alarms, AreAcknowledgedShelvedAndTakenOutOfService) {
   EXPECT_EQ(happened, (std::vector<std::string>{"acknowledged", "shelved", "unshelved", "raised", "out of service"}));
 }
 
+TEST(Alarms, AShelfLastsNoLongerBecauseTheClockIsSetBack) {
+  constexpr core::TimeNs kS = 1'000'000'000;
+  Plant plant({above("Total", "Total", 10)});
+  plant.scans(20);
+  ASSERT_EQ(plant.events(1).size(), 1u);
+  ASSERT_TRUE(plant.alarms.shelve("Total", 5060 * kS, {"otto", "trial", 5000 * kS, 1 * kS}));
+  plant.alarms.service(60 * kS, 1000 * kS);
+  EXPECT_EQ(plant.alarms.list(false).front().state, State::kShelved);
+  plant.alarms.service(61 * kS, 1001 * kS);
+  EXPECT_EQ(plant.alarms.list(false).front().state, State::kUnackedActive) << "60 s are over";
+}
+
+TEST(Alarms, OfALargeGroupAreListedAtOnce) {
+  constexpr int kMany = 4000;
+  const auto list_ns = [](const std::string& group) {
+    std::vector<Definition> all;
+    for (int i = 0; i < kMany; ++i) {
+      all.push_back(above("A" + std::to_string(i), "Total", 2 * i));
+      all.back().group = group;
+    }
+    Plant plant(std::move(all), false);
+    for (int i = 0; i <= kMany; ++i) {
+      plant.scans(1);
+      plant.alarms.service(plant.now_ns, plant.now_ns);
+    }
+    std::chrono::nanoseconds best = std::chrono::hours(1);
+    for (int turn = 0; turn < 5; ++turn) {
+      const auto begin = std::chrono::steady_clock::now();
+      const auto views = plant.alarms.list(false);
+      best = std::min<std::chrono::nanoseconds>(best, std::chrono::steady_clock::now() - begin);
+      EXPECT_EQ(views.size(), static_cast<std::size_t>(kMany));
+      EXPECT_EQ(views.front().order, group.empty() ? 0u : static_cast<std::uint32_t>(kMany)) << "the newest first";
+    }
+    return best.count();
+  };
+  const auto without = list_ns("");
+  EXPECT_LT(list_ns("G"), 10 * without + 5'000'000);
+}
+
+TEST(Alarms, ThatCanNeverBeRaisedAreLeftOutAndSaid) {
+  const auto said = [](Definition wrong) {
+    Plant plant({above("Good", "Total", 10), std::move(wrong)}, false);
+    std::ostringstream lines;
+    plant.diagnostics.render(lines);
+    EXPECT_EQ(plant.alarms.count(), plant.diagnostics.all().empty() ? 2u : 1u);
+    return lines.str();
+  };
+  const auto is = [](const char* variable, Comparison comparison, double limit) {
+    Definition made = above("Wrong", variable, limit);
+    made.comparison = comparison;
+    return made;
+  };
+  EXPECT_EQ(said(is("Total", Comparison::kAbove, 2'147'483'646)), "");
+  EXPECT_EQ(said(is("Total", Comparison::kEqual, -3)), "");
+  EXPECT_EQ(said(is("Away", Comparison::kEqual, 1)), "");
+  EXPECT_NE(said(is("Total", Comparison::kAbove, 2'147'483'647)).find("P7104"), std::string::npos);
+  EXPECT_NE(said(is("Total", Comparison::kBelow, -2'147'483'648.0)).find("P7104"), std::string::npos);
+  EXPECT_NE(said(is("Total", Comparison::kEqual, 1.5)).find("P7104"), std::string::npos);
+  EXPECT_NE(said(is("Away", Comparison::kEqual, 2)).find("P7104"), std::string::npos);
+  EXPECT_NE(said(is("Away", Comparison::kAbove, 0)).find("P7322"), std::string::npos);
+  Definition suppressed = above("Wrong", "Total", 10);
+  suppressed.suppress = "Total";
+  EXPECT_NE(said(suppressed).find("\"Total\" has type DINT, \"suppress\" takes a BOOL"), std::string::npos);
+}
+
 TEST(Alarms, AreAsBeforeAfterARestart) {
   std::vector<Event> events;
   std::vector<Kept> states;
@@ -134,10 +201,12 @@ TEST(Alarms, AreAsBeforeAfterARestart) {
     ASSERT_EQ(plant.events(1).size(), 1u);
     plant.alarms.acknowledge({}, {"otto", "", 5, 0});
     plant.alarms.take(events, states);
+    states[0].user = "otto";  // as the store has it
   }
   Plant again({above("Total", "Total", -10)});
   again.alarms.restore(states, 7);
   EXPECT_EQ(again.alarms.list(false).front().state, State::kAckedActive);
+  EXPECT_EQ(again.alarms.list(false).front().user, "otto");
   again.scans(5);
   again.alarms.service(0, 0);
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
@@ -181,10 +250,22 @@ TEST(Alarms, WithoutRecordsAreThoseOfGlobals) {
 }
 
 TEST(Alarms, OfGlobalsGoOnWhenARecordingDoesNotStart) {
-  const auto resource = std::move(*runtime::Resource::load(alarm_image()));
+  ImageBuilder b;
+  const std::uint32_t dint = b.type(TypeId::kDint);
+  const Word total = b.global("Total", dint, {}, {false, false, {}, {}, 0});
+  PouBuilder main = b.pou("Main", PouKind::kProgram);
+  const Word count = main.variable("Count", dint);
+  main.variable("Flag", b.boolean());
+  main.op(Opcode::kAdd32, {count, count, b.constant<std::int32_t>(TypeId::kDint, 1)});
+  main.op(Opcode::kAdd32, {total, total, b.constant<std::int32_t>(TypeId::kDint, 2)});
+  b.task("Fast", 10'000'000, {main.finish()});
+  core::Diagnostics wrong;
+  auto image = bytecode::verify(b.build(), wrong);
+  ASSERT_TRUE(image);
+  const auto resource = std::move(*runtime::Resource::load(std::move(*image)));
   core::Diagnostics diagnostics;
   Definition suppressed = above("Suppressed", "Total", 10);
-  suppressed.suppress = "Main0.Count";
+  suppressed.suppress = "Main0.Flag";
   Alarms alarms(*resource, {above("Count", "Main0.Count", 10), suppressed, above("Total", "Total", 10)}, true,
                 diagnostics);
   ASSERT_TRUE(diagnostics.all().empty());

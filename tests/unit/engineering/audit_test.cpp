@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "engineering/state_files.h"
 #include "tests/support/run_tool.h"
 #include "tests/unit/engineering/rig.h"
 
@@ -20,6 +21,7 @@ namespace {
 using engineering::Audit;
 using engineering::AuditCheck;
 using engineering::check_audit_file;
+using engineering::FolderLock;
 
 std::string read(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -262,6 +264,21 @@ TEST(Audit, HoldsWhoWroteWhat) {
   EXPECT_FALSE(records[1]["details"].contains("reason"));
   EXPECT_EQ(records[2]["details"]["reason"], "valve stuck");
   EXPECT_EQ(rig.get("/api/audit", "admin").body.find("wrong-password"), std::string::npos);
+}
+
+TEST(FolderLock, IsHadByOne) {
+  const ScratchFolder scratch;
+  const std::string folder = scratch.file("engineering");
+  FolderLock second;
+  {
+    FolderLock first;
+    EXPECT_EQ(first.take(folder), "") << "a folder that is not there has nobody in it";
+    std::filesystem::create_directory(folder);
+    EXPECT_EQ(first.take(folder), "");
+    EXPECT_EQ(first.take(folder), "") << "again";
+    EXPECT_EQ(second.take(folder), "folder " + folder + " is in use by another plc-run");
+  }
+  EXPECT_EQ(second.take(folder), "");
 }
 
 }  // namespace

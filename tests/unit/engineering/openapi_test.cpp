@@ -14,6 +14,7 @@ namespace {
 using engineering::Call;
 using engineering::calls;
 using engineering::openapi_document;
+using engineering::openapi_text;
 
 /// Calls each(node, path) for every object in the document.
 template <class Each>
@@ -94,6 +95,8 @@ TEST(OpenApi, IsServedToAnybody) {
   const HttpResponse response = rig.get("/api/openapi.json", "");
   EXPECT_EQ(response.status, 200);
   EXPECT_EQ(body_of(response), openapi_document());
+  EXPECT_EQ(response.body, openapi_text());
+  EXPECT_EQ(&openapi_text(), &openapi_text()) << "it is made once, not for each request";
 }
 
 }  // namespace

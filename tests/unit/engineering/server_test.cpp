@@ -89,6 +89,14 @@ TEST(Server, AnswersSeveralThatCameAtOnce) {
   EXPECT_EQ(client.receive().status, 404);
 }
 
+TEST(Server, AnswersHeadWithoutABody) {
+  ServerRig rig;
+  HttpClient client = rig.connect();
+  const HttpAnswer answer = client.ask(rig.text("HEAD", "/api/version") + rig.text("GET", "/api/version"));
+  EXPECT_EQ(answer.status, 405);
+  EXPECT_TRUE(answer.body.starts_with("HTTP/1.1 200 OK")) << "what follows is the next answer: " << answer.body;
+}
+
 TEST(Server, ReadsARequestThatComesByteByByte) {
   ServerRig rig;
   HttpClient client = rig.connect();
@@ -267,6 +275,39 @@ TEST(Server, WhoIsLoggedInKeepsThePlace) {
     if (i % 2 == 0) flood.send("GET /api/ver");
   }
   for (HttpClient& client : known) EXPECT_EQ(client.ask(rig.text("GET", "/api/session", "viewer")).status, 200);
+}
+
+TEST(Server, OneUserShutsOutNobody) {
+  ServerOptions options;
+  options.max_clients = 4;
+  ServerRig rig(options);
+  std::vector<HttpClient> greedy;
+  for (int i = 0; i < 4; ++i) {
+    greedy.push_back(rig.connect());
+    ASSERT_EQ(greedy.back().ask(rig.text("GET", "/api/session", "viewer")).status, 200);
+  }
+  HttpClient other = rig.connect();
+  ASSERT_EQ(other.ask(rig.text("GET", "/api/session", "operator")).status, 200);
+  EXPECT_TRUE(greedy[0].ends(2000)) << "the one unused for longest gives way";
+  EXPECT_EQ(greedy[3].ask(rig.text("GET", "/api/session", "viewer")).status, 200);
+  for (int i = 0; i < 20; ++i) {
+    greedy.push_back(rig.connect());
+    ASSERT_EQ(greedy.back().ask(rig.text("GET", "/api/session", "viewer")).status, 200) << i;
+    ASSERT_EQ(other.ask(rig.text("GET", "/api/session", "operator")).status, 200) << "takes no place of others";
+  }
+  EXPECT_LE(rig.server->statistics().clients, 4u);
+}
+
+TEST(Server, WhereEachUserHasOnePlaceNobodyGivesWay) {
+  ServerOptions options;
+  options.max_clients = 2;
+  ServerRig rig(options);
+  HttpClient one = rig.connect(), two = rig.connect();
+  ASSERT_EQ(one.ask(rig.text("GET", "/api/session", "viewer")).status, 200);
+  ASSERT_EQ(two.ask(rig.text("GET", "/api/session", "operator")).status, 200);
+  EXPECT_EQ(rig.connect().ask(rig.text("GET", "/api/session", "engineer")).status, 0);
+  EXPECT_EQ(one.ask(rig.text("GET", "/api/session", "viewer")).status, 200);
+  EXPECT_EQ(two.ask(rig.text("GET", "/api/session", "operator")).status, 200);
 }
 
 TEST(Server, WhoSendsAFileKeepsThePlace) {

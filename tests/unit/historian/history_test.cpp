@@ -158,6 +158,52 @@ TEST(History, GoesOnInTheSameFile) {
   EXPECT_TRUE(reader.read("Count", kBegin, kBegin + 1000 * kSecond, 1000)->points.empty()) << "of another type";
 }
 
+TEST(History, GoesOnUnderANameInAnotherLetterCase) {
+  const Folder folder;
+  {
+    HistoryFile file(folder.file(), {{"WAVE", TypeId::kReal}}, 3650, kMuch);
+    add(file, kBegin);
+  }
+  HistoryFile file(folder.file(), {{"Wave", TypeId::kReal}}, 3650, kMuch);
+  add(file, kBegin + kSecond);
+  HistoryReader reader(file);
+  for (const char* const name : {"Wave", "wave"}) {
+    const auto course = reader.read(name, kBegin, kBegin + 60 * kSecond, 100);
+    ASSERT_TRUE(course) << name;
+    EXPECT_EQ(course->points.size(), 2u) << name;
+  }
+}
+
+TEST(History, RisesAfterAClockThatWasSetBack) {
+  const Folder folder;
+  HistoryFile file(folder.file(), tags(), 3650, kMuch);
+  HistoryReader reader(file);
+  for (core::TimeNs s = 0; s <= 50; ++s) add(file, kBegin + s * kSecond);
+  for (core::TimeNs s = 20; s < 110; ++s) add(file, kBegin + s * kSecond + kSecond / 2);
+  for (const std::size_t points : {1000u, 30u}) {
+    const auto course = reader.read("Count", kBegin, kBegin + 150 * kSecond, points);
+    ASSERT_TRUE(course);
+    double count = 0;
+    for (std::size_t i = 0; i < course->points.size(); ++i) {
+      const Point& point = course->points[i];
+      count += point.summary.count;
+      EXPECT_TRUE(i == 0 || course->points[i - 1].us < point.us) << i;
+      const double at = static_cast<double>(point.us * 1000 - kBegin) / 1e9;
+      EXPECT_GE(point.summary.least, std::floor(at)) << "no sample stands in a stretch that is not its own";
+      EXPECT_LE(point.summary.greatest, at + static_cast<double>(course->step_ns) / 1e9);
+    }
+    EXPECT_EQ(count, 51 + 90) << points;
+  }
+}
+
+TEST(History, IsNotWrittenByTwo) {
+  const Folder folder;
+  HistoryFile first(folder.file(), tags(), 3650, kMuch);
+  add(first, kBegin);
+  HistoryFile second(folder.file(), tags(), 3650, kMuch);
+  EXPECT_NE(second.take_said().find("another plc-run writes it"), std::string::npos);
+}
+
 TEST(History, LosesSomeSecondsByAKill) {
   const Folder folder;
   for (int round = 0; round < 10; ++round) {

@@ -278,6 +278,19 @@ TEST_F(Journal, CountsWhatIsLost) {
             "MESSAGE=5 messages are lost: the journal did not take them\nPRIORITY=4\nSYSLOG_IDENTIFIER=plc-run\n");
 }
 
+TEST_F(LogFile, FurtherLinesOfATextBelongToItsMessage) {
+  std::ostringstream aside;
+  Log log({core::Severity::kNote, 60'000'000'000, 200}, std::make_unique<FileSink>(options()), "plant.log", aside);
+  log.start();
+  log.write(said(
+      "historian.toml:2:8: error P7102: \"Txt\" is a text\n  help: take a number\nhistorian.toml:3:1: error P7303\n"));
+  log.stop(kPatience);
+  EXPECT_EQ(read(file()),
+            "note: historian.toml:2:8: error P7102: \"Txt\" is a text\n"
+            "  help: take a number\n"
+            "  historian.toml:3:1: error P7303\n");
+}
+
 TEST_F(LogFile, TheLogLeavesOutWhatIsNotSevereAndSaysWhyItCannotWrite) {
   std::ostringstream aside;
   FileOptions late = options();

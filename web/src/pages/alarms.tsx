@@ -11,6 +11,7 @@ import { AcknowledgeDialog, AlarmDialog } from "./alarm_dialogs";
 
 const t = texts.alarms;
 const mostEvents = 100;
+const mostAlarms = 1000;
 
 export function isUnacked(alarm: Alarm): boolean {
   return alarm.state === "unacked active" || alarm.state === "unacked returned";
@@ -34,7 +35,7 @@ function valueText(value: number | undefined): string {
 
 function Present(): JSX.Element {
   const [all, setAll] = useState(false);
-  const polled = usePolled(() => plc.alarmsList({ all }), 500);
+  const polled = usePolled(() => plc.alarmsList({ all, most: mostAlarms }), 500);
   const [acknowledged, setAcknowledged] = useState<readonly string[]>([]);
   const [shown, setShown] = useState<Alarm>();
   const alarms = polled.answer?.alarms ?? [];
@@ -56,6 +57,7 @@ function Present(): JSX.Element {
         </label>
       </div>
       <ProblemBox problem={polled.problem} />
+      {alarms.length < mostAlarms ? null : <p class="quiet-text">{t.cut(mostAlarms)}</p>}
       {polled.answer === undefined ? (
         <p>{texts.loading}</p>
       ) : alarms.length === 0 ? (

@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { useEffect, useId, useMemo, useState } from "preact/hooks";
 import type { Courses } from "../course";
-import { PastCourses } from "../history";
+import { isKept, PastCourses } from "../history";
 import { keeper, periods } from "../course_keeper";
 import { LiveValues, useLive } from "../live";
 import { plc, problemOf, usePolled, type Problem } from "../plc";
@@ -139,7 +139,7 @@ export function TrendsPage(): JSX.Element {
     setView({ ...view, fixed: { from: from + by, to: to + by }, moved: true });
   };
   // What began before the page was opened only the historian knows.
-  const isPast = paths.some((path) => kept.includes(path)) && (view.fixed === undefined ? view.span > longestLive : view.moved === true && view.fixed.from < courses.oldest - 1);
+  const isPast = paths.some((path) => isKept(path, kept)) && (view.fixed === undefined ? view.span > longestLive : view.moved === true && view.fixed.from < courses.oldest - 1);
   const byScan = view.byScan && !isPast;
   const past = useMemo(
     () =>
