@@ -197,7 +197,7 @@ const CostTable& typical_costs() {
   static const CostTable kCosts = [] {
     core::Diagnostics diagnostics;
     auto costs = read_calibration(typical_calibration(), "typical.toml", diagnostics);
-    if (!costs) throw std::logic_error("typical.toml was made for another library");  // a test reads it
+    if (!costs) throw std::logic_error("typical.toml was made for another library: plc calibrate, and build again");
     return std::move(*costs);
   }();
   return kCosts;

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/diagnostics.h"
 #include "core/result.h"
 #include "io-drivers/config/bind.h"
 #include "io-drivers/config/keys.h"
@@ -32,6 +33,9 @@ struct DriverType {
   std::span<const KeyInfo> driver_keys = {};
   std::span<const KeyInfo> channel_keys = {};
   std::string_view device_key = {};  ///< the one of driver_keys that says which device: problems are reported there
+  /// Those of its problems that another start may not find, though nobody changes the configuration: a device that is
+  /// missing or in use.
+  std::span<const core::Code> device_problems = {};
 
   /// What does not go together in plc.toml: for each driver of the kind, with its channels in the order of the file.
   void (*check)(const DriverConfig& driver, std::span<const ChannelConfig* const> channels,

@@ -20,10 +20,6 @@
 
 namespace plc::io {
 
-/// Values of BOOL, integers, bit strings, REAL and LREAL as numbers of a library. What does not fit becomes the nearest
-/// that does; what is no number becomes 0.
-void store_number(core::TypeId type, double number, std::byte* value);
-double load_number(core::TypeId type, const std::byte* value);
 /// "a driver of a library has numbers and BOOLs" for types without a number, else empty.
 std::string_view refuses_number(const bytecode::ImageType& type);
 

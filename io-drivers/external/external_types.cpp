@@ -202,6 +202,7 @@ const DriverType* make_external_type(const picard_driver_kind& kind) {
   type.driver_keys = type.own_driver_keys;
   type.channel_keys = type.own_channel_keys;
   type.device_key = kind.device;
+  type.device_problems = kExternalDeviceProblems;
   type.channel_name = channel_name;
   type.refuses = refuses;
   type.make = make;

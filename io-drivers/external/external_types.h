@@ -9,11 +9,15 @@
 #include <optional>
 #include <string>
 
+#include "core/diagnostics.h"
 #include "io-drivers/config/configuration.h"
 #include "io-drivers/config/driver_type.h"
 #include "picard/driver_abi.h"
 
 namespace plc::io {
+
+/// DriverType::device_problems of each such kind.
+inline constexpr core::Code kExternalDeviceProblems[] = {core::Code::P7421};
 
 /// `known` and the kinds of all libraries; what is wrong with one (P7420) goes to `findings`. The list lives as long as
 /// the process.

@@ -22,6 +22,7 @@ constexpr KeyInfo kDriverKeys[] = {
      "true: a chip that cannot be opened at the start does not keep control from starting. It is tried again every "
      "`retry`; until it is there its inputs are as on_loss says (hold: their initial values), and `ok` is FALSE."},
 };
+constexpr core::Code kDeviceProblems[] = {core::Code::P7401, core::Code::P7404, core::Code::P7406};
 constexpr KeyType kLine = key::channel();
 // The choices are in the order of the enumerators.
 constexpr KeyInfo kChannelKeys[] = {
@@ -95,6 +96,7 @@ constexpr DriverType kGpioType = {
     .driver_keys = kDriverKeys,
     .channel_keys = kChannelKeys,
     .device_key = "chip",
+    .device_problems = kDeviceProblems,
     .check = check,
     .channel_name = channel_name,
     .refuses = refuses,

@@ -14,6 +14,10 @@ namespace plc::io {
 /// In the order in which `plc config init` and the reference page have them. Any thread.
 DriverTypes driver_types();
 
+/// Whether a problem of a start is one of a device or of the guardian, so that another start may succeed without a
+/// change of the configuration: DriverType::device_problems of all kinds. Any thread.
+bool is_about_devices(core::Code code);
+
 /// Reads a plc.toml by the rows of these kinds and of those of its [driver_kinds], which stay loaded as long as the
 /// process: before other threads are started. Nothing after an error, which is in `diagnostics`.
 std::optional<Configuration> load_configuration(const std::string& path, core::Diagnostics& diagnostics);

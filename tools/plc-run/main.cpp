@@ -82,23 +82,9 @@ struct Run {
 /// A device is missing or refuses. Another start may succeed: units restart after it (packaging/).
 constexpr int kExitDevice = 4;
 
-/// Whether only a device stands in the way, so that another start may succeed without a change of the configuration.
-bool is_about_devices(core::Code code) {
-  switch (code) {
-    case core::Code::P7401:
-    case core::Code::P7404:
-    case core::Code::P7406:
-    case core::Code::P7410:
-    case core::Code::P7421:
-      return true;
-    default:
-      return false;
-  }
-}
-
 int code_after_refusal(const core::Diagnostics& diagnostics) {
   const auto mends_itself = [](const core::Diagnostic& found) {
-    return found.severity != core::Severity::kError || is_about_devices(found.code);
+    return found.severity != core::Severity::kError || io::is_about_devices(found.code);
   };
   const auto& all = diagnostics.all();
   return std::all_of(all.begin(), all.end(), mends_itself) ? kExitDevice : kExitErrors;
@@ -234,7 +220,7 @@ int run_resource(const Run& run, runtime::Resource& resource, Plan plan, core::D
   plant.machine().set_forces(engineering.forces());
   std::vector<io::Sentence> notes;
   if (const auto problem = plant.prepare([&resource] { name_crashes(resource); }, notes)) {
-    return complain(*problem), is_about_devices(problem->code) ? kExitDevice : kExitErrors;
+    return complain(*problem), io::is_about_devices(problem->code) ? kExitDevice : kExitErrors;
   }
   runtime::RealtimeScheduler& scheduler = plant.scheduler();
   if (!view.empty()) scheduler.add_listener(view);

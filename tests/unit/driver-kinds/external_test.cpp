@@ -15,6 +15,7 @@
 #include "io-drivers/external/external_driver.h"
 #include "io-drivers/external/external_types.h"
 #include "io-drivers/machine/driver_types.h"
+#include "io-drivers/numbers.h"
 #include "picard/driver.h"
 #include "runtime/access.h"
 #include "tests/support/image_builder.h"
@@ -321,7 +322,15 @@ TEST_F(External, TheGuardianDrivesSafeValuesThroughItsCopy) {
   EXPECT_FALSE(driver_->drive_safe());
 }
 
-TEST(ExternalNumbers, AreTheNearestThatTheTypeHas) {
+TEST(DeviceProblems, AreThoseThatAnotherStartMayNotFind) {
+  for (const core::Code code :
+       {core::Code::P7401, core::Code::P7404, core::Code::P7406, core::Code::P7410, core::Code::P7421})
+    EXPECT_TRUE(is_about_devices(code)) << core::info(code).name;
+  for (const core::Code code : {core::Code::P7402, core::Code::P7405, core::Code::P7420, core::Code::P7001})
+    EXPECT_FALSE(is_about_devices(code)) << core::info(code).name;
+}
+
+TEST(DeviceNumbers, AreTheNearestThatTheTypeHas) {
   const auto through = [](TypeId type, double number) {
     std::byte value[8]{};
     store_number(type, number, value);
