@@ -77,7 +77,8 @@ extern "C" int ioctl(int fd, unsigned long request, ...) {
   // What the chip has changed; the rest is the test's.
   if (good) {
     static_assert(offsetof(I2cBus, config) + 8 == sizeof(I2cBus));
-    static_cast<void>(::pwrite(fd, &bus.config, sizeof bus - offsetof(I2cBus, config), offsetof(I2cBus, config)));
+    constexpr std::size_t kChanged = offsetof(I2cBus, config);
+    if (::pwrite(fd, &bus.config, sizeof bus - kChanged, kChanged) != sizeof bus - kChanged) return errno = EIO, -1;
   }
   return good ? static_cast<int>(data->nmsgs) : (errno = ENXIO, -1);
 }
