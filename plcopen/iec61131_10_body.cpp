@@ -104,20 +104,18 @@ void name_code_points(Reader& r) {
 template <bool kInput>
 void start_pin(Reader& r, const Tag& tag) {
   Element& e = element(r);
-  Pin& pin = (kInput ? e.inputs : e.outputs).emplace_back();
+  Pin& pin = r.add_pin(kInput ? e.inputs : e.outputs, tag);
   pin.name = r.optional_name(tag, Attr::kParameterName);
   pin.negated = r.flag(tag, Attr::kNegated);
   pin.edge = r.edge(tag, Attr::kEdge);
   pin.storage = r.storage(tag, tag.attributes.has(Attr::kLatch) ? Attr::kLatch : Attr::kStorage);
   pin.hidden = r.flag(tag, Attr::kHidden);
-  pin.at = r.element_place(tag.at);
   frame(r).pin = &pin;
 }
 
 void start_in_out_pin(Reader& r, const Tag& tag) {
-  Pin& pin = element(r).in_outs.emplace_back();
+  Pin& pin = r.add_pin(element(r).in_outs, tag);
   pin.name = r.optional_name(tag, Attr::kParameterName);
-  pin.at = r.element_place(tag.at);
   frame(r).pin = &pin;
 }
 

@@ -179,13 +179,12 @@ enum class PinList : std::uint8_t { kIn, kInOut, kOut };
 template <PinList kList>
 void start_pin(Reader& r, const Tag& tag) {
   Element& e = element(r);
-  Pin& pin = (kList == PinList::kIn ? e.inputs : kList == PinList::kInOut ? e.in_outs : e.outputs).emplace_back();
+  Pin& pin = r.add_pin(kList == PinList::kIn ? e.inputs : kList == PinList::kInOut ? e.in_outs : e.outputs, tag);
   pin.name = r.optional_name(tag, Attr::kFormalParameter);
   pin.negated = r.flag(tag, Attr::kNegated);
   pin.edge = r.edge(tag, Attr::kEdge);
   pin.storage = r.storage(tag, Attr::kStorage);
   pin.hidden = r.flag(tag, Attr::kHidden);
-  pin.at = r.element_place(tag.at);
   frame(r).pin = &pin;
 }
 
@@ -389,17 +388,15 @@ void element_position(Reader& r, const Tag& tag) {
 }
 
 void own_point_in(Reader& r, const Tag& tag) {
-  Pin& pin = element(r).inputs.emplace_back();
+  Pin& pin = r.add_pin(element(r).inputs, tag);
   pin.has_point_in = true;
-  pin.at = r.element_place(tag.at);
   frame(r).pin = &pin;
 }
 
 void own_point_out(Reader& r, const Tag& tag) {
-  Pin& pin = element(r).outputs.emplace_back();
+  Pin& pin = r.add_pin(element(r).outputs, tag);
   pin.has_point_out = true;
   pin.name = core::trimmed(tag.attributes.get(Attr::kFormalParameter));
-  pin.at = r.element_place(tag.at);
   frame(r).pin = &pin;
 }
 

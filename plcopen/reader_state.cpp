@@ -24,6 +24,7 @@ constexpr KnownNamespace kNamespaces[] = {
     {"/tc6_0200", Version::kTc6v200}, {"/tc6_0201", Version::kTc6v201}, {"TC65SC65BWG7TF10", Version::kIec61131_10},
 };
 constexpr std::size_t kMaxUnknownNames = 1000;
+constexpr std::size_t kMaxPins = 4096;
 constexpr std::size_t kShown = 60;
 
 /// A text of the file for a message: not longer than a line.
@@ -113,6 +114,16 @@ void Reader::end_element() {
 
 bool Reader::ends_line_before(std::string_view piece) {
   return std::exchange(line_ends_, false) && !text_.empty() && !line_ended_ && !begins_with_line_end(piece);
+}
+
+Pin& Reader::add_pin(std::vector<Pin>& pins, const Tag& tag) {
+  if (pins.size() == kMaxPins) {
+    report(core::Code::P1006, tag.at, fmt::format("drawn element has more than {} inputs or outputs", kMaxPins));
+    parser_.stop();
+  }
+  Pin& pin = pins.emplace_back();
+  pin.at = element_place(tag.at);
+  return pin;
 }
 
 void Reader::text(std::string_view piece) {

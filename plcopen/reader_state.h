@@ -135,6 +135,8 @@ class Reader final : public XmlHandler {
   SourceRef value_place(const Tag& tag, Attr attribute);
   /// `at` as a place of the open drawn element.
   SourceRef element_place(SourceRef at) const;
+  /// A further pin of the open element, at the tag. Beyond the limit the file is read no further (P1006).
+  Pin& add_pin(std::vector<Pin>& pins, const Tag& tag);
   /// The configuration for what is outside all configurations (TwinCAT, CODESYS).
   Configuration& outside();
   [[nodiscard]] std::size_t max_text() const { return limits_.max_text; }

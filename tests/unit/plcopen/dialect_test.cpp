@@ -191,6 +191,17 @@ TEST(Dialect, WhatAToolCouldNotWriteIsNamedWithItsText) {
   EXPECT_TRUE(body_of(r).elements.empty());
 }
 
+TEST(Dialect, PinsOfAnElementAreLimited) {
+  const auto block = [](std::size_t pins) {
+    std::string text = "<FBD><block localId=\"1\" typeName=\"F\" instanceName=\"f\"><inputVariables>";
+    for (std::size_t i = 0; i < pins; ++i) text += "<variable formalParameter=\"a\"><connectionPointIn/></variable>";
+    return program(text + "</inputVariables></block></FBD>");
+  };
+  EXPECT_EQ(read_text(block(4096)).codes(), "");
+  EXPECT_EQ(read_text(block(4097)).codes(), "P1006");
+  EXPECT_EQ(read_text(block(70000)).codes(), "P1006");
+}
+
 TEST(Dialect, APositionHasBothCoordinates) {
   const auto r = read_text(program(R"(<LD><coil localId="1"><position x="5"/></coil>
 <coil localId="2"><position y="5"/></coil></LD>)"));
