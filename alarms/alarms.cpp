@@ -69,7 +69,7 @@ std::optional<core::Problem> never_holds(const Definition& alarm, const bytecode
   const bool compares = alarm.comparison == Comparison::kAbove || alarm.comparison == Comparison::kBelow;
   if (compares && type.elementary == core::TypeId::kBool) {
     return core::Problem{core::Code::P7322,
-                         "\"" + alarm.variable + "\" has type BOOL, \"above\" and \"below\" are for numbers",
+                         "\"" + alarm.variable + R"(" has type BOOL, "above" and "below" are for numbers)",
                          "when = true or when = false"};
   }
   const auto never = [&alarm](std::string why) {
@@ -115,7 +115,7 @@ void Alarms::place_look(Look look) {
   const std::optional<std::uint32_t> task = look.watched.task;
   needs_scans_ = needs_scans_ || task;
   Looks& looks = task ? by_task_[*task].looks : by_time_;
-  (look.suppresses ? looks.suppressions : looks.conditions).push_back(std::move(look));
+  (look.suppresses ? looks.suppressions : looks.conditions).push_back(look);
 }
 
 void Alarms::add(runtime::Resource& resource, Definition definition, bool recorded, core::Diagnostics& diagnostics) {
@@ -135,15 +135,15 @@ void Alarms::add(runtime::Resource& resource, Definition definition, bool record
                          ", \"suppress\" takes a BOOL",
                      {}});
     }
-    suppress = std::move(*found);
+    suppress = *found;
   }
   if (const auto wrong = never_holds(definition, image_.types[watched->place.type])) return refuse(*wrong);
   const std::size_t number = items_.size();
   place_look({number, *watched, false});
-  if (suppress) place_look({number, std::move(*suppress), true});
+  if (suppress) place_look({number, *suppress, true});
   Item item;
   item.definition = std::move(definition);
-  item.watched = std::move(*watched);
+  item.watched = *watched;
   items_.push_back(std::move(item));
 }
 
@@ -183,7 +183,7 @@ void Alarms::add_blocks(runtime::Resource& resource, bool recorded, core::Diagno
     port("LATCH", ports.latch);
     port("VALUE", ports.value);
     item.ports = ports;
-    place_look({items_.size(), std::move(*watched), false});
+    place_look({items_.size(), *watched, false});
     items_.push_back(std::move(item));
   }
   if (unknown != 0) {

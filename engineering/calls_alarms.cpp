@@ -22,7 +22,7 @@ using alarms::State;
 using core::Code;
 
 constexpr std::int64_t kMostNames = 1000;
-constexpr std::int64_t kLongestShelfS = 7 * 24 * 3600;
+constexpr std::int64_t kLongestShelfS = std::int64_t{7} * 24 * 3600;
 
 constexpr Field kAlarmFields[] = {
     text("name", "By which calls name it"),

@@ -86,7 +86,7 @@ HttpResponse Dispatcher::refusal(int status, Code code, std::string text) {
 
 bool Dispatcher::is_too_often(const std::string& address) {
   const core::TimeNs now_ns = context_.clock.now_ns();
-  if (buckets_.size() >= kMostAddresses && buckets_.count(address) == 0) {
+  if (buckets_.size() >= kMostAddresses && !buckets_.contains(address)) {
     std::erase_if(buckets_, [now_ns](const auto& entry) { return now_ns - entry.second.last_ns > 10'000'000'000; });
     if (buckets_.size() >= kMostAddresses) buckets_.clear();
   }
@@ -139,7 +139,7 @@ std::size_t Dispatcher::most_body_bytes(const HttpRequest& head) const {
 
 ReadyCall Dispatcher::check(HttpRequest request) {
   ReadyCall ready;
-  const auto refuse = [&ready](Refusal refusal) -> ReadyCall&& {
+  const auto refuse = [&ready](const Refusal& refusal) -> ReadyCall&& {
     ready.call = nullptr;
     ready.response = response_of(refusal);
     return std::move(ready);

@@ -375,9 +375,9 @@ std::vector<Said> Engineering::start() {
   std::vector<Said> said;
   state_->hmi.read();
   const auto pages = state_->hmi.state();
-  for (std::size_t i = 0; i < pages->texts.size(); ++i) {
+  for (const std::string& text : pages->texts) {
     // WHY a warning: pages with mistakes are no reason to stop, and not one why the plant would not run.
-    said.push_back({core::Severity::kWarning, "engineering: " + pages->texts[i]});
+    said.push_back({core::Severity::kWarning, "engineering: " + text});
   }
   state_->listen(said);
   if (state_->listening) state_->say_code(said);

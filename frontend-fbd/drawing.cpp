@@ -69,7 +69,7 @@ Drawing::Drawing(ir::Builder& builder, const Graph& graph, const Sequence& seque
 }
 
 bool Drawing::is_missing(const plcopen::Element& e) {
-  return !e.has_code && builder_.module().pou_by_name.count(e.text) == 0 && stdlib::block_named(e.text) == nullptr &&
+  return !e.has_code && !builder_.module().pou_by_name.contains(e.text) && stdlib::block_named(e.text) == nullptr &&
          !stdlib::is_function(e.text) && !is_delay(e) && !ir::array_bound_named(e.text) &&
          !ir::queue_function_named(e.text) && !named_call(builder_, e);
 }
@@ -204,7 +204,7 @@ ir::ProbeKey Drawing::key_of(const Input& input) const {
 }
 
 Incoming Drawing::read(const Input& input) {
-  const Incoming in = read_input(input);
+  Incoming in = read_input(input);
   if (builder_.notes_probes() && in.is_value()) builder_.probe(key_of(input), in.operand);
   return in;
 }

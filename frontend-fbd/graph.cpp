@@ -67,7 +67,7 @@ class Resolver {
       }
     }
     for (const plcopen::ClosedBranch& branch : body_.closed_branches) {
-      if (branch.local_id >= 0 && by_id_.count(branch.local_id) == 0) marks_.emplace(branch.local_id, &branch);
+      if (branch.local_id >= 0 && !by_id_.contains(branch.local_id)) marks_.emplace(branch.local_id, &branch);
     }
   }
 

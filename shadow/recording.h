@@ -21,11 +21,11 @@
 namespace plc::shadow {
 
 struct RecordingOptions {
-  std::size_t ring_bytes = 4u << 20;          ///< of each task
-  std::size_t most_record_bytes = 64 * 1024;  ///< a scan that takes in more is left out
-  std::size_t block_bytes = 1u << 20;         ///< records of a block, about, before they are compressed
-  core::TimeNs block_ns = 10'000'000'000;     ///< and the time that they cover
-  CrashMemory* crash_memory = nullptr;        ///< has the rings, made for them; outlives the recording
+  std::size_t ring_bytes = 4u << 20;                       ///< of each task
+  std::size_t most_record_bytes = std::size_t{64} * 1024;  ///< a scan that takes in more is left out
+  std::size_t block_bytes = 1u << 20;                      ///< records of a block, about, before they are compressed
+  core::TimeNs block_ns = 10'000'000'000;                  ///< and the time that they cover
+  CrashMemory* crash_memory = nullptr;                     ///< has the rings, made for them; outlives the recording
 };
 
 /// What was recorded of a task.
