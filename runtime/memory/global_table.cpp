@@ -203,7 +203,7 @@ void GlobalTable::rebuild(std::span<const std::byte> values) {
     owner.snapshot = arena_->make<Snapshot>(*arena_, bytes[o], readers);
     if (o < task_count_) owner.journal = arena_->make<Journal>(*arena_, std::max(kJournalBytes, 4 * largest));
   }
-  if (common_.size() != 0) std::memcpy(common_.data(), values.data(), size_);
+  if (common_.size() != 0 && size_ != 0) std::memcpy(common_.data(), values.data(), size_);
   for (const Leaves& leaves : leaves_) {
     for (std::uint32_t c = leaves.first_copy; c < leaves.last_copy; ++c) {
       std::memcpy(owners_[copies_[c].owner].next(copies_[c].values), values.data() + leaves.offset,

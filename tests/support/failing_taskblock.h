@@ -33,7 +33,7 @@ inline int fire(void* object, picard_failure* failure) {
     std::strcpy(failure->text, "told to");
     return 0;
   }
-  *o.count = *o.count == 1000 ? 0 : *o.count + 1;
+  *o.count = *o.count >= 1000 ? 0 : *o.count + 1;
   return 1;
 }
 inline void destroy(void* object) { delete static_cast<Object*>(object); }

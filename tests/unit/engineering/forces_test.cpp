@@ -214,8 +214,8 @@ struct Recorded {
     rig.context.shadow = shadow.get();
   }
   EngineeringRig rig;
-  engineering::ShadowValues values;
   std::unique_ptr<shadow::Shadow> shadow;
+  engineering::ShadowValues values;  // looks at the shadow, which goes after it
 };
 
 TEST(RecordedScans, CanBeHadAsATraceChosenAfterwards) {

@@ -3,28 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
 #include <thread>
 
+#include "tests/support/count_allocations.h"
 #include "tests/support/gpio_rig.h"
 #include "tests/unit/gpio/fake_chip.h"
-
-namespace {
-thread_local bool watching = false;
-thread_local int allocations = 0;
-}  // namespace
-
-void* operator new(std::size_t size) {
-  if (watching) ++allocations;
-  if (void* block = std::malloc(size == 0 ? 1 : size)) return block;
-  throw std::bad_alloc();
-}
-void operator delete(void* block) noexcept {
-  if (watching) ++allocations;
-  std::free(block);
-}
-void operator delete(void* block, std::size_t) noexcept { operator delete(block); }
 
 namespace plc::test {
 namespace {
@@ -495,19 +478,16 @@ TEST(GpioDriver, TheCycleAllocatesNothing) {
   rig.cycles();
   const auto scan = [&](std::uint64_t cycle) {
     const runtime::ReleaseContext context{0, cycle, core::TimeNs(cycle) * 10 * kMs, 0};
-    watching = true;
-    rig.driver->before_scan(context);
-    rig.driver->after_scan(context);
-    watching = false;
+    return allocations_of([&] {
+      rig.driver->before_scan(context);
+      rig.driver->after_scan(context);
+    });
   };
-  for (std::uint64_t cycle = 1; cycle < 30; ++cycle) scan(cycle);
+  for (std::uint64_t cycle = 1; cycle < 30; ++cycle) EXPECT_EQ(scan(cycle), 0u) << cycle;
   rig.chip.present = false;
-  scan(30);
-  scan(31);
-  watching = true;
-  rig.driver->task_stopped(0);
-  watching = false;
-  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(scan(30), 0u);
+  EXPECT_EQ(scan(31), 0u);
+  EXPECT_EQ(allocations_of([&] { rig.driver->task_stopped(0); }), 0u);
 }
 
 TEST(GpioDriver, CycleAndServiceNeverUseTheLinesAtOnce) {
