@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <exception>
 #include <string_view>
 #include <unordered_map>
@@ -18,6 +21,10 @@
 
 namespace plc::engineering {
 namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
 
 /// Without descriptors or memory for another connection, accepting rests for so long.
 constexpr std::chrono::milliseconds kAcceptPause{100};
@@ -235,21 +242,14 @@ void Server::State::admit(tcp::socket socket) {
   }
   ::fcntl(socket.native_handle(), F_SETFD, FD_CLOEXEC);
   socket.set_option(tcp::no_delay(true), error);
-  std::shared_ptr<Client> client;
-  const auto add = [&](auto connection) {
-    client = connection;
-    client->peer = peer.address().to_string();
-    client->last_used = ++uses;
-    session->clients.push_back(client);
-    counters.accepted.fetch_add(1, std::memory_order_relaxed);
-    counters.clients.store(static_cast<std::uint32_t>(session->clients.size()), std::memory_order_relaxed);
-    connection->start();
-  };
-  if (options.certificate) {
-    add(std::make_shared<Connection<TlsSocket>>(std::move(socket), &session->tls, *this));
-  } else {
-    add(std::make_shared<Connection<PlainSocket>>(std::move(socket), nullptr, *this));
-  }
+  const std::shared_ptr<Client> client =
+      make_connection(std::move(socket), options.certificate ? &session->tls : nullptr, *this);
+  client->peer = peer.address().to_string();
+  client->last_used = ++uses;
+  session->clients.push_back(client);
+  counters.accepted.fetch_add(1, std::memory_order_relaxed);
+  counters.clients.store(static_cast<std::uint32_t>(session->clients.size()), std::memory_order_relaxed);
+  client->start();
 }
 
 void Server::State::run_io() noexcept {
