@@ -408,7 +408,8 @@ std::optional<PlaceId> Lowering::place(NodeId id, bool for_writing) {
   } else if (node(root).kind == NodeKind::kCall && ((!path.empty() && !for_writing) || gives_reference(root))) {
     where = result_place(root, keep && path.empty());
   } else if (node(root).kind != NodeKind::kName) {
-    report(Code::P4006, at(root), quoted(text(root)) + " is not a variable");
+    report(Code::P4006, at(root), quoted(text(root)) + " is not a variable",
+           for_writing ? "a value goes to a variable, or to an element, a member or a bit of one" : "");
     return std::nullopt;
   } else {
     if (!path.empty() && node(path.back()).kind == NodeKind::kMember && is_unresolved_name(root)) {

@@ -396,6 +396,13 @@ class NamedCall {
     const stdlib::FunctionSpec& spec = *stdlib::overloads_named(name_).front().spec;
     switch (found.status) {
       case stdlib::Resolution::Status::kWrongCount: {
+        if (spec.extensible && args_.size() > stdlib::kMaxArguments) {
+          builder_.report(
+              Code::P4105, at_,
+              fmt::format("{} takes at most {} inputs, {} given", name_, stdlib::kMaxArguments, args_.size()),
+              "put some of them together in calls of their own");
+          return;
+        }
         std::string inputs;
         for (std::size_t i = 0; i < spec.param_count; ++i) inputs += (i ? ", " : "") + stdlib::pin_name(spec, i);
         builder_.report(

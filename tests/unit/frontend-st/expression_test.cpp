@@ -313,6 +313,9 @@ TEST_F(ExpressionTest, Places) {
   EXPECT_EQ(world.diagnostics.all().back().code, Code::P4007);
   EXPECT_FALSE(where("A AND B", false));
   EXPECT_EQ(world.diagnostics.all().back().code, Code::P4006);
+  EXPECT_FALSE(where("NOT A", true));
+  EXPECT_EQ(world.diagnostics.all().back().help,
+            "a value goes to a variable, or to an element, a member or a bit of one");
   EXPECT_FALSE(where("5", false));
   EXPECT_EQ(world.diagnostics.all().back().code, Code::P4006);
 }

@@ -197,6 +197,9 @@ TEST_F(BuilderTest, UnknownFunctionsAndCountsAreNamed) {
   EXPECT_FALSE(b.call("SEL", one, {}));
   EXPECT_EQ(m.diagnostics.all().back().code, core::Code::P4105);
   EXPECT_EQ(m.diagnostics.all().back().message, "SEL takes 3 inputs (G, IN0, IN1), 1 given");
+  const std::vector<Operand> many(256, literal(1));
+  EXPECT_FALSE(b.call("ADD", many, {}));
+  EXPECT_EQ(m.diagnostics.all().back().message, "ADD takes at most 255 inputs, 256 given");
 }
 
 TEST_F(BuilderTest, UnconnectedPinsAreNamed) {
