@@ -23,13 +23,14 @@ struct Axis {
   }
   void round() {
     constexpr double kNearly = 1e-6;
-    for (double decade = std::pow(10, std::floor(std::log10(low))); steps.empty() || steps.back() < high;
-         decade *= 10) {
+    double decade = std::pow(10, std::floor(std::log10(low)));
+    while (steps.empty() || steps.back() < high) {
       for (const double step : {decade, 2 * decade, 5 * decade}) {
         if (!steps.empty() && steps.back() >= high * (1 - kNearly)) break;
         if (step <= low * (1 + kNearly)) steps.clear();
         steps.push_back(step);
       }
+      decade *= 10;
     }
     if (steps.size() == 1) steps.push_back(steps.front() * 2);
     low = steps.front();
@@ -88,7 +89,7 @@ std::string panel(const Chart& chart, double top) {
   }
   double legend = y.to + 10;
   for (const ChartLine& line : chart.lines) {
-    const std::string style = fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}", line.colour,
+    const std::string style = fmt::format(R"(fill="none" stroke="{}" stroke-width="2"{})", line.colour,
                                           line.dashed ? " stroke-dasharray=\"5 4\"" : "");
     std::string points;
     for (const auto& [px, py] : line.points) points += fmt::format("{:.1f},{:.1f} ", x.at(px), y.at(py));

@@ -79,16 +79,16 @@ class Drawing {
     if (powered_.empty()) return;
     const int top = powered_.front().y - 20;
     const int height = powered_.back().y - top + 20;
-    out_ << "<leftPowerRail localId=\"" << left_id_ << "\" width=\"10\" height=\"" << height
-         << "\"><position x=\"60\" y=\"" << top << "\"/>";
+    out_ << "<leftPowerRail localId=\"" << left_id_ << R"(" width="10" height=")" << height
+         << R"("><position x="60" y=")" << top << "\"/>";
     for (const Point& coil : powered_) {
-      out_ << "<connectionPointOut formalParameter=\"\"><relPosition x=\"10\" y=\"" << coil.y - top
+      out_ << R"(<connectionPointOut formalParameter=""><relPosition x="10" y=")" << coil.y - top
            << "\"/></connectionPointOut>";
     }
-    out_ << "</leftPowerRail>\n<rightPowerRail localId=\"" << next_id_++ << "\" width=\"10\" height=\"" << height
+    out_ << "</leftPowerRail>\n<rightPowerRail localId=\"" << next_id_++ << R"(" width="10" height=")" << height
          << "\"><position x=\"" << kRightRail << "\" y=\"" << top << "\"/>";
     for (const Point& coil : powered_) {
-      out_ << "<connectionPointIn><relPosition x=\"0\" y=\"" << coil.y - top << "\"/>";
+      out_ << R"(<connectionPointIn><relPosition x="0" y=")" << coil.y - top << "\"/>";
       wire(coil, kRightRail, coil.y);
       out_ << "</connectionPointIn>";
     }
@@ -118,10 +118,10 @@ class Drawing {
     if (drawn.kind == Net::Kind::kContact) {
       const Point out{next_id_++, x + 21, y + 10};
       out_ << "<contact localId=\"" << out.id << "\" negated=\"" << (drawn.negated ? "true" : "false")
-           << "\" width=\"21\" height=\"20\"><position x=\"" << x << "\" y=\"" << y
-           << "\"/><connectionPointIn><relPosition x=\"0\" y=\"10\"/>";
+           << R"(" width="21" height="20"><position x=")" << x << "\" y=\"" << y
+           << R"("/><connectionPointIn><relPosition x="0" y="10"/>)";
       wires(power, x, y + 10);
-      out_ << "</connectionPointIn><connectionPointOut><relPosition x=\"21\" y=\"10\"/></connectionPointOut><variable>"
+      out_ << R"(</connectionPointIn><connectionPointOut><relPosition x="21" y="10"/></connectionPointOut><variable>)"
            << variable_name(Type::kBool, drawn.variable) << "</variable></contact>\n";
       right = std::max(right, x + 110);
       bottom = std::max(bottom, y + 20);
@@ -154,21 +154,20 @@ class Drawing {
 
   Point in_variable(const std::string& text, int x, int y) {
     const Point out{next_id_++, x + 60, y + 10};
-    out_ << "<inVariable localId=\"" << out.id << "\" height=\"20\" width=\"60\" negated=\"false\"><position x=\"" << x
-         << "\" y=\"" << y
-         << "\"/><connectionPointOut><relPosition x=\"60\" y=\"10\"/></connectionPointOut><expression>" << text
-         << "</expression></inVariable>\n";
+    out_ << "<inVariable localId=\"" << out.id << R"(" height="20" width="60" negated="false"><position x=")" << x
+         << "\" y=\"" << y << R"("/><connectionPointOut><relPosition x="60" y="10"/></connectionPointOut><expression>)"
+         << text << "</expression></inVariable>\n";
     return out;
   }
   /// An outVariable or inOutVariable.
   Point variable(const char* element, const std::string& name, const Point& from, int x, int y) {
     const Point out{next_id_++, x + 60, y + 10};
-    out_ << '<' << element << " localId=\"" << out.id << "\" height=\"20\" width=\"60\"><position x=\"" << x
-         << "\" y=\"" << y << "\"/><connectionPointIn><relPosition x=\"0\" y=\"10\"/>";
+    out_ << '<' << element << " localId=\"" << out.id << R"(" height="20" width="60"><position x=")" << x << "\" y=\""
+         << y << R"("/><connectionPointIn><relPosition x="0" y="10"/>)";
     wires({from}, x, y + 10);
     out_ << "</connectionPointIn>";
     if (std::string_view(element) == "inOutVariable") {
-      out_ << "<connectionPointOut><relPosition x=\"60\" y=\"10\"/></connectionPointOut>";
+      out_ << R"(<connectionPointOut><relPosition x="60" y="10"/></connectionPointOut>)";
     }
     out_ << "<expression>" << name << "</expression></" << element << ">\n";
     return out;
@@ -181,10 +180,10 @@ class Drawing {
     out_ << "<block localId=\"" << out.id << "\" typeName=\"" << type << '"';
     if (!instance.empty()) out_ << " instanceName=\"" << instance << '"';
     out_ << " height=\"" << kTopOfPins - 10 + static_cast<int>(inputs.size()) * kPinPitch
-         << "\" width=\"70\"><position x=\"" << x << "\" y=\"" << y << "\"/><inputVariables>";
+         << R"(" width="70"><position x=")" << x << "\" y=\"" << y << "\"/><inputVariables>";
     int row = kTopOfPins;
     for (const auto& [pin, from] : inputs) {
-      out_ << "<variable formalParameter=\"" << pin << "\"><connectionPointIn><relPosition x=\"0\" y=\"" << row
+      out_ << "<variable formalParameter=\"" << pin << R"("><connectionPointIn><relPosition x="0" y=")" << row
            << "\"/>";
       wires(from, x, y + row);
       out_ << "</connectionPointIn></variable>";
@@ -194,7 +193,7 @@ class Drawing {
     row = kTopOfPins;
     for (const char* pin : outputs) {
       if (pin == nullptr) continue;
-      out_ << "<variable formalParameter=\"" << pin << "\"><connectionPointOut><relPosition x=\"70\" y=\"" << row
+      out_ << "<variable formalParameter=\"" << pin << R"("><connectionPointOut><relPosition x="70" y=")" << row
            << "\"/></connectionPointOut></variable>";
       row += kPinPitch;
     }
@@ -239,10 +238,10 @@ class Drawing {
     out_ << "<coil localId=\"" << out.id << "\" negated=\"" << (rung.coil == Coil::kNegated ? "true" : "false") << '"';
     if (rung.coil == Coil::kSet) out_ << " storage=\"set\"";
     if (rung.coil == Coil::kReset) out_ << " storage=\"reset\"";
-    out_ << " width=\"21\" height=\"20\"><position x=\"" << x << "\" y=\"" << y
-         << "\"/><connectionPointIn><relPosition x=\"0\" y=\"10\"/>";
+    out_ << R"( width="21" height="20"><position x=")" << x << "\" y=\"" << y
+         << R"("/><connectionPointIn><relPosition x="0" y="10"/>)";
     wires(power, x, y + 10);
-    out_ << "</connectionPointIn><connectionPointOut><relPosition x=\"21\" y=\"10\"/></connectionPointOut><variable>"
+    out_ << R"(</connectionPointIn><connectionPointOut><relPosition x="21" y="10"/></connectionPointOut><variable>)"
          << variable_name(Type::kBool, rung.target) << "</variable></coil>\n";
     return out;
   }

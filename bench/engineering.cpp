@@ -63,7 +63,8 @@ class Viewers {
     const auto begin = Clock::now();
     std::vector<pollfd> waits;
     for (const HttpClient& client : clients_) waits.push_back({client.descriptor(), POLLIN, 0});
-    for (double left = seconds; left > 0; left = seconds - seconds_since(begin)) {
+    double left = seconds;
+    while (left > 0) {
       ::poll(waits.data(), waits.size(), static_cast<int>(left * 1000) + 1);
       for (std::size_t i = 0; i < waits.size(); ++i) {
         if (waits[i].revents == 0) continue;
@@ -73,6 +74,7 @@ class Viewers {
         ++frames_[i];
         bytes_[i] += frame.bytes.size();
       }
+      left = seconds - seconds_since(begin);
     }
     seconds_ += seconds_since(begin);
   }

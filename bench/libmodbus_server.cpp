@@ -3,7 +3,6 @@
 #ifdef PLC_HAVE_LIBMODBUS
 #include <modbus.h>
 #include <netinet/in.h>
-#include <signal.h>
 #include <sys/prctl.h>
 #include <sys/select.h>
 #include <sys/socket.h>
@@ -11,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #endif
 
 namespace plc::bench {

@@ -185,7 +185,7 @@ int torture(const std::string& tool, std::uint16_t port, double seconds) {
 LoadResult measure(const char* name, std::uint16_t port, const std::filesystem::path& thread, const ModbusPlan& plan,
                    double seconds, const RegisterCheck& check) {
   const double before_us = busy_us(thread);
-  const LoadResult result = modbus_load(port, plan.connections, seconds, kReads, check);
+  LoadResult result = modbus_load(port, plan.connections, seconds, kReads, check);
   const double each_us =
       (busy_us(thread) - before_us) / static_cast<double>(std::max<std::uint64_t>(result.answers, 1));
   std::cout << fmt::format(

@@ -4,14 +4,12 @@
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
+#include <ctime>
 
 #include "core/clock.h"
-
-extern char** environ;
 
 namespace plc::bench {
 

@@ -100,7 +100,7 @@ class Exchange {
     return median(on) - median(off);
   }
   /// Both sides have the same values, and nothing was left out.
-  bool right() {
+  [[nodiscard]] bool right() const {
     runtime::Program& a = off_.resource->program(1);
     runtime::Program& b = on_.resource->program(1);
     const std::size_t bytes = a.table().layout().total;

@@ -24,7 +24,7 @@ std::string declare(const std::vector<Declared>& variables) {
     std::string type =
         elementary ? fmt::format("<{}/>", variable.type) : fmt::format("<derived name=\"{}\"/>", variable.type);
     const auto dimension = [](std::uint32_t count) {
-      return fmt::format("<dimension lower=\"0\" upper=\"{}\"/>", count - 1);
+      return fmt::format(R"(<dimension lower="0" upper="{}"/>)", count - 1);
     };
     if (variable.rows != 0) {
       type = fmt::format("<array>{}{}<baseType>{}</baseType></array>", dimension(variable.rows),

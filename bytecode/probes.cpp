@@ -54,7 +54,7 @@ std::int64_t get_difference(ByteReader& in, std::int64_t before) {
 }
 std::uint32_t get_near(ByteReader& in, std::uint32_t before) {
   const std::int64_t value = get_difference(in, before);
-  if (value < 0 || value > 0xffffffffll) in.fail();
+  if (value < 0 || value > 0xffffffff) in.fail();
   return static_cast<std::uint32_t>(value);
 }
 

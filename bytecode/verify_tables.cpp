@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <string>
 
 #include "bytecode/verifier.h"
 
@@ -23,8 +27,8 @@ template <class F>
 bool is_proper_float(const std::byte* at) {
   const F value = read<F>(at);
   if (!std::isnan(value)) return true;
-  const F canonical = std::numeric_limits<F>::quiet_NaN();
-  return std::memcmp(at, &canonical, sizeof canonical) == 0;
+  using Bytes = std::array<std::byte, sizeof(F)>;
+  return read<Bytes>(at) == std::bit_cast<Bytes>(std::numeric_limits<F>::quiet_NaN());
 }
 
 std::int64_t integer_at(Rep rep, const std::byte* at) {
@@ -112,13 +116,13 @@ class TableVerifier {
                      fmt::format("{} has {} initial bytes, its type {}", name, bytes.size(), image_.types[type].size));
       return;
     }
-    table_ = &name;
+    table_ = name;
     start_ = bytes.data();
     check_value(type, bytes.data());
   }
 
   void broken(Rule rule, const std::byte* at) {
-    report_.broken(rule, fmt::format("{} at byte {}", *table_, at - start_));
+    report_.broken(rule, fmt::format("{} at byte {}", table_, at - start_));
   }
 
   // Nesting is bounded by V106.
@@ -198,7 +202,7 @@ class TableVerifier {
   const Image& image_;
   Report& report_;
   std::vector<Plan> plans_;  // per type
-  const std::string* table_ = nullptr;
+  std::string table_;
   const std::byte* start_ = nullptr;
 };
 

@@ -317,7 +317,7 @@ Expressions::Value Expressions::call_pou(std::uint32_t i) {
 
 // ---- statements ---------------------------------------------------------------------------------------------------
 
-void Expressions::keep(std::uint32_t i, Value made, std::vector<std::string>& out) {
+void Expressions::keep(std::uint32_t i, const Value& made, std::vector<std::string>& out) {
   if (!problem_.empty()) return;
   if (stands_for_variable(body_.insts[i].type)) {
     fail("keeps a REFERENCE TO");

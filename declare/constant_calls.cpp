@@ -11,7 +11,6 @@
 namespace plc::st {
 namespace {
 
-using core::Rep;
 using core::TypeId;
 using Kind = ConstantValue::Kind;
 

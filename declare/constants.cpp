@@ -219,8 +219,8 @@ class Evaluator {
       const EnumValueRef wanted = find_enum_value(types_, *expected_, name);
       if (wanted.type.valid()) return enum_constant(wanted);
     }
-    if (const auto constant = scope_.constant_named(name)) return constant;
-    if (const auto value = part_of_variable(id)) return value;
+    if (auto constant = scope_.constant_named(name)) return constant;
+    if (auto value = part_of_variable(id)) return value;
     if (core::iequals(name, "NULL")) {
       ConstantValue null;
       null.kind = Kind::kNull;
@@ -514,7 +514,7 @@ std::optional<ConstantValue> evaluate_constant(std::string_view text, const core
   const NodeId root = parser.parse_expression();
   if (root == kNoNode) return std::nullopt;
   Evaluator evaluator(source, parser.ast(), types, scope, expected);
-  const auto value = evaluator.run(root);
+  auto value = evaluator.run(root);
   for (const Evaluator::Note& note : evaluator.notes()) {
     diagnostics.report(note.code, source.locate(parser.ast()[note.at].begin), pou, note.message, note.help);
   }

@@ -60,7 +60,7 @@ std::optional<std::int64_t> parse_iso(std::string_view text) {
     std::int64_t unit = 0;
     switch (core::upper(text[unit_at])) {
       case 'W':
-        unit = time ? 0 : 7 * 86'400 * kSecond;
+        unit = time ? 0 : 7 * (86'400 * kSecond);
         break;
       case 'D':
         unit = time ? 0 : 86'400 * kSecond;

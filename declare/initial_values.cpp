@@ -162,7 +162,7 @@ std::optional<ConstantValue> Declarer::evaluate_text(std::string_view text, cons
     const bool keeps_quotes = project_.version == plcopen::Version::kText;
     const auto current = current_;
     if (!keeps_quotes && is_identifier(core::trimmed(text))) current_ = kNoPending;
-    const auto value = evaluate(text, {}, unheard, owner.pou, type);  // a text may be anything
+    auto value = evaluate(text, {}, unheard, owner.pou, type);  // a text may be anything
     current_ = current;
     if (value && constant_as(*value, type, types(), problem, note)) return value;
     if (use_.while_running) return std::nullopt;

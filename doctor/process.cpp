@@ -127,7 +127,7 @@ std::optional<std::string> Process::control(std::string_view controller, const s
     const std::size_t top = folder.size();
     folder += line.substr(second + 1);
     for (;;) {
-      const auto value = system_.line(folder + "/" + file);
+      auto value = system_.line(folder + "/" + file);
       if (value && limits(*value)) return value;
       if (folder.size() <= top) break;
       folder.resize(std::max(top, folder.rfind('/')));

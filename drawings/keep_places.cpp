@@ -163,7 +163,7 @@ void place_pins(DrawnElement& e) {
   }
 }
 
-std::vector<DrawnPoint> straightened(std::vector<DrawnPoint> line) {
+std::vector<DrawnPoint> straightened(const std::vector<DrawnPoint>& line) {
   std::vector<DrawnPoint> out;
   for (const DrawnPoint& point : line) {
     if (!out.empty() && out.back() == point) continue;

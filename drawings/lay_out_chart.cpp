@@ -460,7 +460,7 @@ class ChartLayout {
                                      DrawnPoint{end.x - kTrack, end.y}, end}) {
         wire.points.push_back(point);
       }
-      wire.points = straightened(std::move(wire.points));
+      wire.points = straightened(wire.points);
     }
     // Rails in a chart, for what is drawn in LD.
     for (std::uint32_t i = 0; i < sheet_.elements.size(); ++i) {

@@ -88,7 +88,7 @@ void place_rails(Sheet& sheet, std::int32_t wall, std::int32_t right, std::int32
     const DrawnPoint end{sheet.elements[wire.to].x, wire.points.back().y};
     wire.to_pin = pin_at(sheet, wire.to, wire.to_pin, end);
     wire.points.push_back(end);
-    wire.points = straightened(std::move(wire.points));
+    wire.points = straightened(wire.points);
   }
 }
 

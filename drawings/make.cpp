@@ -169,7 +169,7 @@ class BodyMaker {
 
 }  // namespace
 
-std::vector<DrawnBody> make_bodies(const plcopen::Pou& pou, std::string name, DrawnOwner owner, bool has_plane,
+std::vector<DrawnBody> make_bodies(const plcopen::Pou& pou, const std::string& name, DrawnOwner owner, bool has_plane,
                                    const core::Diagnostics& places) {
   std::vector<DrawnBody> bodies;
   for (const plcopen::Body& body : pou.bodies) {

@@ -18,8 +18,9 @@ namespace plc::drawings {
 /// The bodies of a POU, an action or a transition that messages and images call `name`. `places` knows the file they
 /// are in; nothing is reported. `has_plane`: positions count in one plane for a whole body (not in IEC 61131-10, which
 /// counts them for each network).
-std::vector<bytecode::DrawnBody> make_bodies(const plcopen::Pou& pou, std::string name, bytecode::DrawnOwner owner,
-                                             bool has_plane, const core::Diagnostics& places);
+std::vector<bytecode::DrawnBody> make_bodies(const plcopen::Pou& pou, const std::string& name,
+                                             bytecode::DrawnOwner owner, bool has_plane,
+                                             const core::Diagnostics& places);
 
 /// Everything in a project whose bodies have not been released: the POUs in its order, each with its actions and
 /// transitions behind it.

@@ -542,7 +542,7 @@ class Network {
     } else {
       line.push_back(sheet_.elements[wire.to].pins[wire.to_pin].at);
     }
-    wire.points = straightened(std::move(line));
+    wire.points = straightened(line);
   }
 
   Sheet& sheet_;

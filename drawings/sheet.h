@@ -73,7 +73,7 @@ inline constexpr std::int32_t kMargin = 24;  ///< around a sheet
 std::int32_t width_of(std::string_view text);
 
 /// The wire, from the middle of the right side of a step to the action block beside it.
-void lead_from_side(Sheet& sheet, std::size_t wire);
+void lead_from_side(Sheet& sheet, std::size_t index);
 /// A pin of the same number as `pin` at `at`, which lies on the border of the element; pins move with it when they are
 /// absolute.
 std::uint32_t pin_at(Sheet& sheet, std::uint32_t element, std::uint32_t pin, DrawnPoint at);
@@ -82,7 +82,7 @@ void place_pins(DrawnElement& element);
 /// A line from an output to an input in three pieces, for wires whose lines the file does not give.
 std::vector<DrawnPoint> plain_line(const Sheet& sheet, const DrawnWire& wire);
 /// Without points that change nothing.
-std::vector<DrawnPoint> straightened(std::vector<DrawnPoint> line);
+std::vector<DrawnPoint> straightened(const std::vector<DrawnPoint>& line);
 
 /// Free space that an element needs around its box for texts that stand outside of it.
 struct Pads {

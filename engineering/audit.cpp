@@ -27,7 +27,7 @@ constexpr std::size_t kHashDigits = 64;
 constexpr const char* kName = "audit";
 constexpr const char* kHeadName = "audit.head";
 
-std::string first_hash() { return std::string(kHashDigits, '0'); }
+std::string first_hash() { return std::string().append(kHashDigits, '0'); }
 
 std::string head_text(std::uint64_t number, const std::string& hash) { return fmt::format("{} {}\n", number, hash); }
 
@@ -128,7 +128,7 @@ Audit::Audit(std::string folder, const core::Calendar& calendar, std::string& sa
   if (why.empty() && check && !check->why.empty()) why = fmt::format("line {}: {}", check->broken_line, check->why);
   if (!why.empty()) {
     const std::string broken = path("audit.broken");
-    std::rename(path(kName).c_str(), broken.c_str());
+    static_cast<void>(std::rename(path(kName).c_str(), broken.c_str()));
     ::unlink(path(kHeadName).c_str());
     said = fmt::format("{}: the audit is broken, {}; it is {} now, and a new one begins",
                        core::info(core::Code::P7702).name, why, broken);
@@ -177,7 +177,7 @@ void Audit::add(const std::string& user, const std::string& address, const std::
 void Audit::rotate() {
   if (file_ >= 0) ::close(std::exchange(file_, -1));
   const auto older = [this](std::uint32_t n) { return path(kName) + (n == 0 ? "" : fmt::format(".{}", n)); };
-  for (std::uint32_t n = kKept; n-- > 0;) std::rename(older(n).c_str(), older(n + 1).c_str());
+  for (std::uint32_t n = kKept; n-- > 0;) static_cast<void>(std::rename(older(n).c_str(), older(n + 1).c_str()));
 }
 
 std::string Audit::write_waiting() {

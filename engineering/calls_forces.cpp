@@ -65,7 +65,7 @@ constexpr Field kSetRequest[] = {
          1000),
     value("value", "The value"),
     text("reason", "Why, for those who find it forced", 1, 500),
-    optional(integer("seconds", "It ends by itself after this time", 1, 30 * 24 * 3600)),
+    optional(integer("seconds", "It ends by itself after this time", 1, 2'592'000)),
     optional(
         boolean("warm", "It holds after a warm start, too, of this or another program; default: it ends with plc-run")),
 };

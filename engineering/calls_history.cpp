@@ -130,7 +130,7 @@ void scans(Context& context, const Caller&, const Json& request, Answer& answer)
   for (const Json& path : request["tags"]) {
     auto watched = alarms::watch(player.resource(), path.get<std::string>(), true);
     if (!watched) return answer.refuse(watched.error(), "tags");
-    wanted.push_back(std::move(*watched));
+    wanted.push_back(*watched);
   }
   // Programs have another clock than people, and after a start with retained values another one than the machine.
   const core::TimeNs ahead_ns = context.calendar.utc_ns() - context.scheduler.program_ns(context.clock.now_ns());

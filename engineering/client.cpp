@@ -90,7 +90,7 @@ class Link {
 
   /// How long a step may take from here on; before, kPatienceMs.
   void set_patience(int ms) {
-    const timeval patience{ms / 1000, ms % 1000 * 1000};
+    const timeval patience{ms / 1000, ms % 1000 * 1000L};
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     ::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   }

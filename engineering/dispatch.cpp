@@ -248,7 +248,7 @@ ReadyCall Dispatcher::check(HttpRequest request) {
                      "one object in UTF-8, nested at most 32 deep, no name twice, at most 4000 in one object",
                      0});
   }
-  if (auto found = wrong_fields(*fields, call->request)) return refuse(std::move(*found));
+  if (const auto found = wrong_fields(*fields, call->request)) return refuse(*found);
   ready.call = call;
   ready.request = std::make_unique<Json>(std::move(*fields));
   return ready;

@@ -37,7 +37,7 @@ core::TimeNs LoginDelay::attempt(const std::string& user, const std::string& add
   const Keys keys(user, address);
   const std::lock_guard lock(mutex_);
   forget(now_ns);
-  const bool known = known_.count(keys.pair) != 0;
+  const bool known = known_.contains(keys.pair);
   const std::array<std::pair<const std::string*, const Limit*>, 3> looked_at = {
       {{&keys.pair, &kPair}, {&keys.address, &kOthers}, {&keys.user, &kOthers}}};
   core::TimeNs wait = 0;

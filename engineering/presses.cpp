@@ -49,7 +49,7 @@ Presses::Pressed Presses::press(const std::string& path, const Holder& holder, b
   }
   const std::lock_guard lock(mutex_);
   const auto found = buttons_.find(on[0].offset);
-  const bool fresh = found == buttons_.end() || found->second.holders.count(holder) == 0;
+  const bool fresh = found == buttons_.end() || !found->second.holders.contains(holder);
   if (fresh && renews) return {};
   if (found == buttons_.end() && buttons_.size() >= kMost) {
     return {false, false, Problem{Code::P7717, "too many buttons are held", {}}};

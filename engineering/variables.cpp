@@ -69,7 +69,7 @@ std::vector<Variables::Root> Variables::find_roots() const {
     if (is_hidden(globals[i].name)) continue;
     if (!list.empty()) {
       if (lists.insert(core::folded(list)).second) roots.push_back({Root::Kind::kList, 0, i});
-    } else if (runtime::is_declared_global(globals[i]) || named.count(i) == 0) {
+    } else if (runtime::is_declared_global(globals[i]) || !named.contains(i)) {
       roots.push_back({Root::Kind::kGlobal, 0, i});
     }
   }

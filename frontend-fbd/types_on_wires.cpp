@@ -241,7 +241,7 @@ std::optional<TypeRef> Drawing::expected_by_readers(const OutRef& out, unsigned 
         if (is_enable_name(pin.name)) return ir::kBoolType;
         if (const auto type = type_of_pin(builder_, reader, pin)) return type;
         const auto candidates = stdlib::overloads_named(reader.text);
-        if (candidates.empty() || builder_.module().pou_by_name.count(reader.text) != 0) break;
+        if (candidates.empty() || builder_.module().pou_by_name.contains(reader.text)) break;
         // A generic function hands its own expectation on: what its result is to be, this argument is, too.
         const stdlib::FunctionSpec& spec = *candidates[0].spec;
         const std::size_t position = input_position(reader, pin);

@@ -6,6 +6,7 @@
 // Does not belong here: when to compile (tools), resolving (runtime/link/link.h).
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -42,7 +43,7 @@ class NativeTask final : public runtime::CompiledTask {
         words_(std::move(words)),
         marks_(std::move(code_marks)),
         report_(std::move(report)) {
-    run = reinterpret_cast<bool (*)(runtime::Machine&) noexcept>(reinterpret_cast<std::uintptr_t>(memory_.data()));
+    run = std::bit_cast<bool (*)(runtime::Machine&) noexcept>(memory_.data());
     code = words_;
     marks = marks_;
   }

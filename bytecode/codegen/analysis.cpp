@@ -101,7 +101,7 @@ class Analyser {
     next_whole_.assign(body_.places.size(), kUnset);
     next_any_.assign(body_.places.size(), kUnset);
     mark_loops();
-    for (std::uint32_t i = static_cast<std::uint32_t>(body_.insts.size()); i-- > 0;) {
+    for (auto i = static_cast<std::uint32_t>(body_.insts.size()); i-- > 0;) {
       const Inst& inst = body_.insts[i];
       ValueInfo& v = out_.values[i];
       v.live = is_live(inst, v);

@@ -53,7 +53,7 @@ class Finder {
   /// Instructions that read or write the place, a part of it, or what it is a part of.
   [[nodiscard]] std::size_t accesses(std::uint32_t place) const {
     std::size_t count = 0;
-    const auto meets = [&](std::uint32_t other) { return is_within(other, place) || is_within(place, other); };
+    const auto meets = [&](std::uint32_t at) { return is_within(at, place) || is_within(place, at); };
     for (const Inst& inst : body_.insts) {
       const bool first = inst.op == Op::kLoad || inst.op == Op::kStore || inst.op == Op::kCopy ||
                          inst.op == Op::kMakeRef || inst.op == Op::kAddress;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cstdint>
 #include <limits>
@@ -69,9 +70,7 @@ bool measure() {
   constexpr int kTurns = 8;
   const auto by_code = make_ladder(true), by_register = make_ladder(false);
   if (!by_code || !by_register) return false;
-  const auto ladder = [](const CodeMemory& memory) {
-    return reinterpret_cast<Ladder>(reinterpret_cast<std::uintptr_t>(memory.data()));
-  };
+  const auto ladder = [](const CodeMemory& memory) { return std::bit_cast<Ladder>(memory.data()); };
   std::int64_t code_ns = std::numeric_limits<std::int64_t>::max(), register_ns = code_ns;
   for (int turn = 0; turn < kTurns; ++turn) {
     code_ns = std::min(code_ns, time_ns(ladder(*by_code)));

@@ -28,6 +28,7 @@
 #include <cstring>
 #include <exception>
 #include <limits>
+#include <memory>
 #include <new>
 #include <string_view>
 #include <type_traits>
@@ -455,7 +456,7 @@ PICARD_HIDDEN void* create(void* const* ports, const picard_context* context, pi
   Block* made = nullptr;
   contained(failure, [&] {
     construction = &here;
-    made = new Block();
+    made = std::make_unique<Block>().release();
   });
   construction = nullptr;
   return made;
