@@ -16,6 +16,6 @@ namespace plc::bytecode {
 std::uint64_t fingerprint(const Image& image);
 
 /// Where two images differ, as part of a sentence: "code of POU Main"; empty when their fingerprints are equal.
-std::string difference(const Image& first, const Image& second);
+std::string difference(const Image& a, const Image& b);
 
 }  // namespace plc::bytecode

@@ -35,7 +35,7 @@ class Expressions {
   /// The statements that instruction `i` needs: none for values that are written where they are used.
   std::vector<std::string> statements(std::uint32_t i);
   /// BOOL value `value` for an IF.
-  std::string condition(std::uint32_t id, bool negate);
+  std::string condition(std::uint32_t value, bool negate);
   /// A variable that counts the blocks of a body.
   std::optional<std::string> counter();
   /// Forgets the values: the body is written anew.
@@ -60,7 +60,7 @@ class Expressions {
   void find_eno();
   std::string fail(std::string problem);
   /// The text of a value as an operand of something that binds so tightly.
-  std::string operand(std::uint32_t id, Binding binding, std::string_view op = {});
+  std::string operand(std::uint32_t value, Binding binding, std::string_view op = {});
   const Value& value(std::uint32_t id);
   Value binary(std::string_view op, Binding binding, std::uint32_t a, std::uint32_t b);
   Value compute(std::uint32_t i);

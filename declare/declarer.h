@@ -187,9 +187,9 @@ class Declarer final : public ConstantScope {
 
   // declare_configuration.cpp and declare_instances.cpp
   void declare_configuration();
-  void declare_task(const plcopen::Task& from, const std::string& resource);
+  void declare_task(const plcopen::Task& task, const std::string& resource);
   void declare_instances(const plcopen::Resource& resource, std::size_t first_task);
-  std::optional<ir::ProgramInstance> instance(const plcopen::PouInstance& from);
+  std::optional<ir::ProgramInstance> instance(const plcopen::PouInstance& instance);
   void connect(ir::ProgramInstance& instance, const plcopen::InstanceConnection& connection);
   std::optional<std::uint32_t> global_at(std::string_view name, ir::TypeRef type, const core::SourceRef& at);
   void configure_variable(const plcopen::Variable& entry);

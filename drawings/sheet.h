@@ -73,7 +73,7 @@ inline constexpr std::int32_t kMargin = 24;  ///< around a sheet
 std::int32_t width_of(std::string_view text);
 
 /// The wire, from the middle of the right side of a step to the action block beside it.
-void lead_from_side(Sheet& sheet, std::size_t index);
+void lead_from_side(Sheet& sheet, std::size_t wire);
 /// A pin of the same number as `pin` at `at`, which lies on the border of the element; pins move with it when they are
 /// absolute.
 std::uint32_t pin_at(Sheet& sheet, std::uint32_t element, std::uint32_t pin, DrawnPoint at);

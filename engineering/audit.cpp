@@ -27,7 +27,7 @@ constexpr std::size_t kHashDigits = 64;
 constexpr const char* kName = "audit";
 constexpr const char* kHeadName = "audit.head";
 
-std::string first_hash() { return std::string().append(kHashDigits, '0'); }
+std::string first_hash() { return std::string(kHashDigits, '0'); }
 
 std::string head_text(std::uint64_t number, const std::string& hash) { return fmt::format("{} {}\n", number, hash); }
 

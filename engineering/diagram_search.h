@@ -35,7 +35,7 @@ class DiagramSearch {
   void find_text(const DrawnPou* only);
   /// The places of the variable that `text` means in `pou` on `instance`. Without an instance, and for what is no
   /// variable, names in `pou` count.
-  void find_uses(const DrawnPou& in, const DrawnInstance* instance);
+  void find_uses(const DrawnPou& pou, const DrawnInstance* instance);
 
  private:
   /// Calls visit(element, line, text, writes) for each text of a body as long as it returns true.

@@ -19,12 +19,12 @@
 namespace plc::engineering {
 
 /// "BOOL", "STRING[20]", "ARRAY [1..3] OF INT", or the name of a declared type.
-std::string type_name(const bytecode::Image& image, std::uint32_t index);
+std::string type_name(const bytecode::Image& image, std::uint32_t type);
 /// Scalars and strings in a value of this type.
-std::uint64_t leaf_count(const bytecode::Image& image, std::uint32_t index);
+std::uint64_t leaf_count(const bytecode::Image& image, std::uint32_t type);
 
 /// The value of type.size bytes at `bytes`.
-Json value_json(const bytecode::Image& image, std::uint32_t index, const std::byte* bytes);
+Json value_json(const bytecode::Image& image, std::uint32_t type, const std::byte* bytes);
 
 /// One scalar or string of a value.
 struct LeafValue {
@@ -34,7 +34,7 @@ struct LeafValue {
 };
 /// The leaves that `value` names: all of an array, those fields of a structure that are there. P7102 when the form is
 /// another, P7103 to P7105 when a leaf cannot have the value; `field` is where in `value`, ".x[2]".
-std::optional<core::Problem> leaves_of(const bytecode::Image& image, std::uint32_t index, const Json& value,
+std::optional<core::Problem> leaves_of(const bytecode::Image& image, std::uint32_t type, const Json& value,
                                        std::uint32_t offset, std::vector<LeafValue>& leaves, std::string& field);
 
 }  // namespace plc::engineering

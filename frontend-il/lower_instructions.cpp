@@ -14,7 +14,6 @@ namespace plc::il {
 using core::Code;
 using ir::Operand;
 using ir::TypeKind;
-using ir::TypeRef;
 using st::kNoNode;
 using st::Node;
 using st::NodeId;

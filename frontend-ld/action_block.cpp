@@ -222,7 +222,7 @@ void ActionBlocks::run_text(const ActionId& id, ValueId active) {
 void ActionBlocks::reset(const ActionId& id, ValueId flow) {
   const ActionLink& one = action(id);
   b_.probe(ir::ProbeKey::of(one.at, ir::ProbeSide::kWhole), flow);
-  if (texts_.count(key_of(one)) == 0) {
+  if (!texts_.contains(key_of(one))) {
     const auto place = variable(one);
     if (!place) return;
     d_.write_bool(*place, flow, Storage::kReset);

@@ -8,7 +8,6 @@
 namespace plc::sfc {
 
 using ir::LabelId;
-using ir::Op;
 using ir::ValueId;
 
 namespace {

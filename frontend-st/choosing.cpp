@@ -64,8 +64,8 @@ class Names : public Surroundings {
 
 ChosenText choose(const SourceText& source, ir::Builder& builder, const std::vector<std::string>* defines) {
   const Names names(builder.module(), builder.pou());
-  return ChosenText(source, Defines(defines != nullptr ? *defines : builder.module().options.defines), names,
-                    builder.diagnostics(), builder.name());
+  return {source, Defines(defines != nullptr ? *defines : builder.module().options.defines), names,
+          builder.diagnostics(), builder.name()};
 }
 
 }  // namespace plc::st

@@ -441,7 +441,7 @@ std::optional<std::int64_t> parse_duration(std::string_view text, std::string& p
   std::int64_t last_unit = INT64_MAX;
   bool fraction_seen = false;
   bool any = false;
-  const auto bad = [&](std::string why) {
+  const auto bad = [&](const std::string& why) {
     problem = "\"" + whole + "\" is not a duration: " + why;
     return std::nullopt;
   };

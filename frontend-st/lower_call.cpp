@@ -88,7 +88,7 @@ std::optional<Operand> Lowering::call(NodeId id, Expected expected, bool as_stat
   if (core::iequals(name, "SIZEOF")) return call_sizeof(id);
   if ((core::iequals(name, "TIME") || core::iequals(name, "LTIME")) && node(id).b == kNoNode) return call_uptime(id);
   if (node(id).b == kNoNode) {
-    if (const auto time = call_sys_time(id, name)) return time;
+    if (auto time = call_sys_time(id, name)) return time;
   }
   if (const auto type = types().find(name)) {
     const TypeKind kind = types()[*type].kind;

@@ -332,7 +332,7 @@ std::optional<Operand> Lowering::negated(NodeId id, Operand inner, Expected expe
 
 std::optional<Operand> Lowering::unary(NodeId id, Expected expected) {
   const Node n = node(id);
-  const auto inner = value(n.a, expected);
+  auto inner = value(n.a, expected);
   if (!inner) return std::nullopt;
   if (n.op == Operator::kNegate) return negated(id, *inner, expected);
   if (n.op == Operator::kPlus) {

@@ -9,7 +9,6 @@ namespace plc::st {
 
 using core::Code;
 using ir::Operand;
-using ir::PlaceId;
 using ir::Role;
 using ir::TypeKind;
 using ir::TypeRef;

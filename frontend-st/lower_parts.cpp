@@ -10,7 +10,6 @@
 namespace plc::st {
 
 using core::Code;
-using ir::Operand;
 using ir::PlaceId;
 using ir::TypeKind;
 using ir::TypeRef;

@@ -19,7 +19,7 @@ void DeclarationReader::action(const std::string& owner) {
   out.action.at = place(token_.begin);
   bool named = name(out.action.name, "the name of the ACTION");
   if (named && accept(TokenKind::kDot)) {
-    out.owner = std::move(out.action.name);
+    out.owner = std::exchange(out.action.name, {});
     out.action.at = place(token_.begin);
     named = name(out.action.name, "the name of the ACTION");
   }

@@ -219,7 +219,7 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
     }
     return false;
   };
-  while (!at_text("AT") || names.size() != 0 || peek(1).kind != TokenKind::kDirect) {
+  while (!at_text("AT") || !names.empty() || peek(1).kind != TokenKind::kDirect) {
     const Token token = token_;
     std::string text;
     if (!name(text, "the name of a variable")) return refuse();
@@ -251,7 +251,7 @@ bool DeclarationReader::variables(const Variable& model, std::vector<Variable>& 
   if (accept(binds ? TokenKind::kEqual : TokenKind::kAssign) && !initial_value(first.initial)) return refuse();
   if (!pay(names.size(), (names.size() - 1) * (last_end_ - begin))) return true;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    Variable& variable = i + 1 == names.size() ? out.emplace_back(std::move(first)) : out.emplace_back(first);
+    Variable& variable = i + 1 == names.size() ? out.emplace_back(std::exchange(first, {})) : out.emplace_back(first);
     variable.name = text_of(names[i]);
     variable.at = place(names[i].begin, ElementKind::kVariable);
     if (!kept_pragmas_.empty()) note_attributes(pou_, variable.name, before, begin);

@@ -33,7 +33,7 @@ Chosen chosen_by(const Settings& settings, runtime::Resource& resource, bool rec
       ++found;
       if (chosen.tags.size() >= kMostTags || !known.insert(core::folded(path)).second) return;
       chosen.tags.push_back({path, watched->type, 0});
-      chosen.watched.push_back(std::move(*watched));
+      chosen.watched.push_back(*watched);
     };
     if (one) {
       add(pattern);

@@ -17,7 +17,7 @@ namespace {
 constexpr std::int64_t kUs = 1000;  // in ns
 constexpr std::int64_t kSecondUs = kSecond / kUs;
 constexpr std::int64_t kMinuteUs = 60 * kSecondUs;
-constexpr std::int64_t kDayUs = 24 * 60 * kMinuteUs;
+constexpr std::int64_t kDayUs = 1440 * kMinuteUs;
 /// What is too old is looked for so often.
 constexpr std::int64_t kRetainUs = 10 * kMinuteUs;
 /// Stretches that summaries are built of again, where the clock was ahead of what comes now: those of a day.

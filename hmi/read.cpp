@@ -307,7 +307,7 @@ class Reader {
     for (const Page& page : document.pages) {
       for (const Element& element : page.elements) {
         const std::string_view to = element.text(key("page"));
-        if (element.kind == Kind::kLink && !to.empty() && names.count(to) == 0) {
+        if (element.kind == Kind::kLink && !to.empty() && !names.contains(to)) {
           report(Code::P7775, element.place(key("page")), fmt::format("there is no page \"{}\"", to),
                  guess_help(to, names));
         }

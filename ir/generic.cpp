@@ -38,7 +38,7 @@ bool fits_open(const TypeTable& types, TypeRef open, TypeRef given) {
 std::optional<std::uint32_t> specialize(Module& module, std::uint32_t pou, std::span<const OpenArgument> arguments) {
   std::vector<std::uint32_t> key{pou};
   for (const OpenArgument& argument : arguments) key.push_back(argument.type.index);
-  if (module.specialized.size() >= kMostMade && module.specialized.count(key) == 0) return std::nullopt;
+  if (module.specialized.size() >= kMostMade && !module.specialized.contains(key)) return std::nullopt;
   const auto [known, fresh] = module.specialized.emplace(key, static_cast<std::uint32_t>(module.pous.size()));
   if (!fresh) return known->second;
   Pou made = module.pous[pou];

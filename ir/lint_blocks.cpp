@@ -208,7 +208,7 @@ class Blocks {
     const Place& variable = root(instance.place);
     if (preset == block.fields.size() || given(name, preset).something || !is_own(variable)) return;
     // Another name of the instance may be the one that gives it: an element by index, a handle.
-    if (varies(instance.place) || place(instance.place).parent.valid() || given_out_.count(name) != 0) return;
+    if (varies(instance.place) || place(instance.place).parent.valid() || given_out_.contains(name)) return;
     if (!b_.variable(variable.index).initial.empty()) return;
     add(Lint::kMissingPreset, instance.calls.front(),
         fmt::format("{} {} has no preset time: PT has no value", block.name, text(instance.place)),

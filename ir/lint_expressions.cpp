@@ -118,7 +118,7 @@ class Expressions {
         if (from.op == Op::kLoad) copies_.insert({inst.a, from.a});
       }
     }
-    return copies_.count({first.a, second.a}) != 0 || copies_.count({second.a, first.a}) != 0;
+    return copies_.contains({first.a, second.a}) || copies_.contains({second.a, first.a});
   }
 
   void look_at_equality(std::uint32_t index, const stdlib::Overload& function) {

@@ -173,7 +173,7 @@ class Statements {
       std::size_t count = 0;
       constexpr std::size_t kNamed = 5;
       for (const EnumMember& member : type.members) {
-        if (one.values.count(member.value) != 0) continue;
+        if (one.values.contains(member.value)) continue;
         if (++count <= kNamed) missing += (missing.empty() ? "" : ", ") + member.name;
       }
       if (count == 0) continue;

@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -30,7 +31,7 @@ int make_file() {
 void* map_near(int file, std::size_t bytes, std::uintptr_t near) {
   constexpr std::uintptr_t kStep = std::uintptr_t{64} << 20, kReach = std::uintptr_t{1} << 30, kPage = 4096;
   const auto map = [&](std::uintptr_t wish) {
-    return ::mmap(reinterpret_cast<void*>(wish), bytes, PROT_READ | PROT_EXEC, MAP_SHARED | MAP_POPULATE, file, 0);
+    return ::mmap(std::bit_cast<void*>(wish), bytes, PROT_READ | PROT_EXEC, MAP_SHARED | MAP_POPULATE, file, 0);
   };
   const std::uintptr_t page = near & ~(kPage - 1);
   for (std::uintptr_t away = kStep; away < kReach && bytes < kStep; away += kStep) {
@@ -61,7 +62,7 @@ core::Result<CodeMemory> CodeMemory::make(std::size_t bytes, const void* near,
   const int file = make_file();
   if (file < 0) return refused("memfd_create");
   const auto give_up = [&](const char* call) {
-    const core::Problem problem = refused(call);
+    core::Problem problem = refused(call);
     ::close(file);
     return problem;
   };

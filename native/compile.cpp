@@ -26,7 +26,6 @@ using runtime::Addressing;
 using runtime::LinkedBody;
 using runtime::LinkedCode;
 using runtime::LinkedInstruction;
-using runtime::Machine;
 
 namespace {
 

@@ -34,6 +34,8 @@ struct Memory {
 
 class Emitter : private asmjit::ErrorHandler {
  public:
+  Emitter(const Emitter&) = delete;
+  Emitter& operator=(const Emitter&) = delete;
   /// Whether operands may be relative to the instance, in the body that is being written.
   bool relative = false;
   /// No instructions but those that every processor of this kind has.
@@ -190,8 +192,6 @@ class Emitter : private asmjit::ErrorHandler {
   /// For code written by `assembler`, which attach() is for. `reach`: bytes of code after which what was put on a cold
   /// path has to be written.
   Emitter(asmjit::BaseAssembler& assembler, const Memory& memory, std::size_t reach);
-  Emitter(const Emitter&) = delete;
-  Emitter& operator=(const Emitter&) = delete;
   ~Emitter() override = default;
   void attach();
 

@@ -12,7 +12,6 @@
 namespace plc::pictures {
 namespace {
 
-using bytecode::DrawnKey;
 using bytecode::DrawnSide;
 
 constexpr std::int32_t kLeft = 12;

@@ -149,7 +149,7 @@ namespace {
 
 class Caption final : public Pieces {
  public:
-  Caption(const std::string& text, std::int32_t y) : text_(text), y_(y) {}
+  Caption(std::string text, std::int32_t y) : text_(std::move(text)), y_(y) {}
   [[nodiscard]] std::size_t count() const override { return 1; }
   void draw(std::size_t /*piece*/, Canvas& canvas) const override {
     canvas.text(kMargin, y_, text_, Anchor::kStart, "title");

@@ -195,6 +195,7 @@ constexpr GuidRow kGuids[] = {
     {"a2621e18", [](ChartPart& part, std::string value) { part.exit = std::move(value); }},
     {"cacf1a68", [](ChartPart& part, std::string value) { part.min_time = std::move(value); }},
     {"b693554c", [](ChartPart& part, std::string value) { part.max_time = std::move(value); }},
+    // NOLINTNEXTLINE(performance-unnecessary-value-param): one signature for all
     {"01580b27", [](ChartPart& part, std::string value) { part.excluded = core::iequals(value, "true"); }},
 };
 

@@ -111,7 +111,7 @@ std::vector<Found> find_all(const runtime::Resource& resource, What what) {
   for (std::uint32_t t = 0; t < image.tasks.size(); ++t) {
     const bytecode::ImageTask& task = image.tasks[t];
     for (const ImageField& field : image.types[image.pous[task.body].instance_type].fields) {
-      const bool several = twice.count(core::folded(field.name)) != 0;
+      const bool several = twice.contains(core::folded(field.name));
       finder.look_at(several ? task.name + "." + field.name : field.name, field, {t, field.offset, false}, false);
     }
   }
@@ -120,7 +120,7 @@ std::vector<Found> find_all(const runtime::Resource& resource, What what) {
     const std::string& list = image.globals[g].list;
     std::string path = list.empty() ? globals[g].name : list + "." + globals[g].name;
     // As in CODESYS, where a dot says that the global is meant.
-    if (instances.count(core::folded(path)) != 0) path.insert(0, 1, '.');
+    if (instances.contains(core::folded(path))) path.insert(0, 1, '.');
     const auto owner = resource.globals().owning_task(g);
     finder.look_at(path, globals[g], {owner.value_or(Source::kShared), globals[g].offset, true}, false);
   }

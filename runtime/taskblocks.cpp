@@ -344,7 +344,7 @@ const char* Taskblocks::making() noexcept { return being_made; }
 std::optional<core::Problem> Taskblocks::start(std::uint32_t number) {
   Object& object = *by_number_[number];
   being_made = object.name.c_str();
-  const auto problem = make_object(object, number);
+  auto problem = make_object(object, number);
   being_made = nullptr;
   return problem;
 }

@@ -42,7 +42,7 @@ std::string new_path(const std::string& folder, std::string_view begin) {
   auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
   for (;;) {
     const auto ms = now.time_since_epoch().count();
-    const std::string path =
+    std::string path =
         fmt::format("{}/{}{:%Y%m%dT%H%M%S}.{:03}Z{}", folder, begin, fmt::gmtime(ms / 1000), ms % 1000, kEnd);
     std::error_code error;
     if (!fs::exists(path, error)) return path;

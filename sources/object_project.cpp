@@ -242,7 +242,7 @@ void merge(plcopen::Project& whole, plcopen::Project&& part) {
     plcopen::Resource* known = nullptr;
     for (plcopen::Configuration& one : whole.configurations) {
       if (tasks && one.name.empty() && one.resources.size() == 1 && one.resources[0].name.empty()) {
-        known = &one.resources[0];
+        known = one.resources.data();
       }
     }
     if (known == nullptr) {

@@ -134,8 +134,8 @@ constexpr double round_half_even(double v) noexcept {
 /// The integer part of `v` held within T: out of range saturates and NaN is 0, both with an event.
 template <class T>
 constexpr T saturate_cast(double v, Event& event) noexcept {
-  constexpr double kAbove = 2.0 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);
-  constexpr double kLeast = static_cast<double>(std::numeric_limits<T>::min());
+  constexpr auto kAbove = 2.0 * static_cast<double>((std::numeric_limits<T>::max() >> 1) + 1);
+  constexpr auto kLeast = static_cast<double>(std::numeric_limits<T>::min());
   if (v != v) {
     event = Event::kOutOfRange;
     return 0;

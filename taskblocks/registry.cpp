@@ -133,7 +133,7 @@ const Registry& Registry::built_in() {
   return registry;
 }
 
-std::optional<core::Problem> Registry::add(const picard_library* library, std::string source) {
+std::optional<core::Problem> Registry::add(const picard_library* library, const std::string& source) {
   const std::string what = source.empty() ? std::string("taskblock library") : source;
   const auto refused = [&what](const std::string& why) {
     return core::Problem{core::Code::P7801, what + ": " + why, "build it against the SDK of this version of PICARD"};

@@ -29,7 +29,7 @@ class Registry {
 
   /// Adds all blocks of a library, or none: P7801 when it is of another ABI, cannot describe its blocks, or describes
   /// them wrongly (names that cannot be spelled, or are taken, types that do not exist). `source` names it in messages.
-  std::optional<core::Problem> add(const picard_library* library, std::string source = {});
+  std::optional<core::Problem> add(const picard_library* library, const std::string& source = {});
 
   /// In the order of libraries and their lists.
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }

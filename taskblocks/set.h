@@ -10,7 +10,6 @@ namespace plc::blocks {
 const picard_library* control_library();
 const picard_library* filters_library();
 const picard_library* signals_library();
-const picard_library* control_library();
 const picard_library* motion_library();
 
 inline std::array<const picard_library*, 4> linked_libraries() {

@@ -61,7 +61,7 @@ void copy(const std::string& from, char* to, std::size_t bytes) {
 [[noreturn]] void run_trial(const std::vector<std::string>& files, const LibraryUse& use, Trial& trial) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   ::prctl(PR_SET_DUMPABLE, 0);  // a crash is what this is for: no core files
-  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) ::signal(signal, SIG_DFL);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) static_cast<void>(::signal(signal, SIG_DFL));
   // What its static objects print must not get into the output of a command.
   ::dup2(STDERR_FILENO, STDOUT_FILENO);
   if (const auto problem = load(files, use, &trial)) {
@@ -100,7 +100,7 @@ std::optional<Problem> try_out(const std::vector<std::string>& files, const Libr
   const std::unique_ptr<Trial, decltype(unmap)> trial(new (page) Trial(), unmap);
   // What is buffered is printed once, even when the library calls exit().
   std::cout.flush();
-  std::fflush(nullptr);
+  static_cast<void>(std::fflush(nullptr));
   const pid_t child = ::fork();
   if (child < 0) return library_refused(path, std::string("no process to try it in: ") + std::strerror(errno), {});
   if (child == 0) run_trial(files, use, *trial);

@@ -30,7 +30,7 @@ fs::path project_beside(const fs::path& tests) {
   std::string stem = tests.stem().string();
   stem.resize(stem.size() - kTestSuffix.size());
   for (const char* const extension : {".xml", ".st", ".iecst", ".plcproj", ".EXP", ".exp"}) {
-    const fs::path project = tests.parent_path() / (stem + extension);
+    fs::path project = tests.parent_path() / (stem + extension);
     if (fs::is_regular_file(project)) return project;
   }
   return tests;

@@ -202,12 +202,12 @@ bool write_file(const std::string& path, std::string_view bytes, std::string& wh
   bool good = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
   good = std::fflush(file) == 0 && good;
   if (!good) why = std::strerror(errno);
-  std::fclose(file);
+  static_cast<void>(std::fclose(file));
   if (good && !in_place && std::rename(target.c_str(), path.c_str()) != 0) {
     why = std::strerror(errno);
     good = false;
   }
-  if (!good && !in_place) std::remove(target.c_str());
+  if (!good && !in_place) static_cast<void>(std::remove(target.c_str()));
   return good;
 }
 

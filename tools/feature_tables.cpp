@@ -84,8 +84,7 @@ class Reader {
     }
     if (listed_.empty()) complain((folder_ / "tables.txt").string() + " lists nothing");
     for (const auto& [feature, names] : cases_) {
-      if (listed_.count(feature) == 0)
-        complain(fmt::format("{} names {}, which is not listed", names.front(), feature));
+      if (!listed_.contains(feature)) complain(fmt::format("{} names {}, which is not listed", names.front(), feature));
     }
     return std::move(result_);
   }

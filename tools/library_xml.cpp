@@ -12,7 +12,6 @@
 namespace plc::tools {
 namespace {
 
-using core::TypeId;
 using stdlib::Direction;
 
 /// A type variable is the smallest generic type of the schema that holds all its types.

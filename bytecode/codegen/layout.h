@@ -91,7 +91,7 @@ class Layout {
   /// Writes the bits or characters of a constant.
   void write_constant(const ir::Constant& constant, ir::TypeRef as, std::byte* to) const;
   /// Fresh bytes of an instance of a POU.
-  const std::vector<std::byte>& instance_initial(std::uint32_t index);
+  const std::vector<std::byte>& instance_initial(std::uint32_t pou);
 
   /// A type or instance grew beyond what a table holds.
   [[nodiscard]] bool too_large() const { return too_large_; }
@@ -111,7 +111,7 @@ class Layout {
   std::uint32_t make_struct(const ir::Type& type);
   std::uint32_t make_union(ir::TypeRef ref);
   std::uint32_t make_block(const stdlib::BlockSpec& spec);
-  std::uint32_t make_instance(std::uint32_t index);
+  std::uint32_t make_instance(std::uint32_t pou);
 
   const ir::Module& module_;
   Image& image_;

@@ -23,7 +23,6 @@ using bytecode::ImageTask;
 using bytecode::ImageType;
 using bytecode::TypeKind;
 using core::Code;
-using core::SourceRef;
 
 std::string type_name(const ImageType& type) {
   return type.name.empty() ? std::string(core::name_of(type.elementary)) : type.name;

@@ -128,7 +128,7 @@ class Guardian {
   /// As far as the system permits it; the guardian does its work without, too.
   static void become_hard_to_disturb() {
     ::prctl(PR_SET_NAME, "plc-guardian");
-    ::signal(SIGPIPE, SIG_IGN);
+    static_cast<void>(::signal(SIGPIPE, SIG_IGN));
     if (const int fd = ::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC); fd >= 0) {
       [[maybe_unused]] const auto written = ::write(fd, "-900", 4);
       ::close(fd);
@@ -251,8 +251,9 @@ core::Result<std::unique_ptr<Pulse>> start_guardian(const GuardianOptions& optio
 
   std::cout.flush();
   std::cerr.flush();
-  std::fflush(nullptr);
-  ::signal(SIGCHLD, SIG_DFL);  // an ignored one, inherited from a caller, would hide the runtime's end
+  static_cast<void>(std::fflush(nullptr));
+  static_cast<void>(
+      ::signal(SIGCHLD, SIG_DFL));  // an ignored one, inherited from a caller, would hide the runtime's end
   // Blocked across the split: a signal that comes now waits for the guardian, which forwards it.
   const sigset_t guarded = guarded_signals();
   sigset_t before;

@@ -1,10 +1,10 @@
 #include "io-drivers/modbus-client/bus.h"
 
 #include <pthread.h>
-#include <signal.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <map>
 #include <system_error>
 #include <utility>
@@ -13,7 +13,7 @@ namespace plc::modbus_client {
 namespace {
 
 /// WHY not std::thread: plc-run locks its memory, and the usual 8 MB for each of many buses would all be there.
-constexpr std::size_t kStackBytes = 512 * 1024;
+constexpr std::size_t kStackBytes = 524'288;
 /// WHY less than the five seconds after which the guardian kills a runtime that does not end: what comes after the
 /// devices, such as the last retained values, needs some of them.
 constexpr core::TimeNs kEndNs = 3'000'000'000;

@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "io-drivers/modbus-client/device.h"
@@ -18,7 +19,7 @@ namespace plc::modbus_client {
 
 class Bus {
  public:
-  explicit Bus(const BusAddress& address) : address_(address) {}
+  explicit Bus(BusAddress address) : address_(std::move(address)) {}
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;

@@ -301,7 +301,7 @@ class Builder {
     }
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
-      if (offsets.count(leaves_[leaves[i]].offset) != 0) found.push_back(i);
+      if (offsets.contains(leaves_[leaves[i]].offset)) found.push_back(i);
     }
     return found;
   }

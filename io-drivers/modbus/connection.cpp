@@ -2,11 +2,11 @@
 
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <time.h>
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/post.hpp>
 #include <cstring>
+#include <ctime>
 
 namespace plc::modbus {
 namespace {
@@ -49,8 +49,8 @@ core::TimeNs connection_clock_ns() {
 
 FrameScan scan_frame(std::span<const std::uint8_t> stream) {
   if (stream.size() < kLengthEnd) return {};
-  const std::size_t protocol = static_cast<std::size_t>(stream[2] << 8 | stream[3]);
-  const std::size_t length = static_cast<std::size_t>(stream[4] << 8 | stream[5]);
+  const auto protocol = static_cast<std::size_t>(stream[2] << 8 | stream[3]);
+  const auto length = static_cast<std::size_t>(stream[4] << 8 | stream[5]);
   if (protocol != 0 || length < kMinLength || length > kMaxLength) return {FrameScan::State::kBroken, 0};
   if (stream.size() < kLengthEnd + length) return {};
   return {FrameScan::State::kWhole, kLengthEnd + length};

@@ -132,7 +132,7 @@ Exception PduHandler::read_registers(Request request, Response response, std::si
   if (!is_between(count, 1, kMaxReadRegisters)) return Exception::kIllegalValue;
   if (!data_.contains(table, first, count)) return Exception::kIllegalAddress;
   response[1] = static_cast<std::uint8_t>(2 * count);
-  data_.read_registers(table, first, response.subspan(2, 2 * count));
+  data_.read_registers(table, first, response.subspan(2, std::size_t{2} * count));
   size = 2 + 2 * count;
   return Exception::kNone;
 }
@@ -207,7 +207,7 @@ Exception PduHandler::read_write_registers(Request request, Response response, s
   const Exception written = change_registers(first, request.subspan(10));
   if (written != Exception::kNone) return written;
   response[1] = static_cast<std::uint8_t>(2 * read_count);
-  data_.read_registers(Table::kHoldingRegisters, read_first, response.subspan(2, 2 * read_count));
+  data_.read_registers(Table::kHoldingRegisters, read_first, response.subspan(2, std::size_t{2} * read_count));
   size = 2 + 2 * read_count;
   return Exception::kNone;
 }
@@ -215,7 +215,7 @@ Exception PduHandler::read_write_registers(Request request, Response response, s
 Exception PduHandler::change_registers(std::uint32_t first, Request values) {
   data_.begin_write();
   for (std::uint32_t i = 0; i < values.size() / 2; ++i) {
-    const auto value = static_cast<std::uint16_t>(word(values, 2 * i));
+    const auto value = static_cast<std::uint16_t>(word(values, std::size_t{2} * i));
     if (!data_.change(Table::kHoldingRegisters, first + i, value, 0xffff)) return Exception::kIllegalAddress;
   }
   return data_.commit();

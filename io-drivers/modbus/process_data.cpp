@@ -144,8 +144,8 @@ void ProcessData::read_registers(Table table, std::uint32_t first, std::span<std
     } else if (from != kGap) {
       value = cell_value(table, first + i);
     }
-    bytes[2 * i] = static_cast<std::uint8_t>(value >> 8);
-    bytes[2 * i + 1] = static_cast<std::uint8_t>(value);
+    bytes[std::size_t{2} * i] = static_cast<std::uint8_t>(value >> 8);
+    bytes[std::size_t{2} * i + 1] = static_cast<std::uint8_t>(value);
   }
   if (table == Table::kInputRegisters) put_system(first, bytes);
 }

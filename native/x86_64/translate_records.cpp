@@ -193,10 +193,10 @@ class Evaluation {
   }
   /// An input that is not negated: one that is in a register, if possible.
   const BooleanExpression& best_plain(const BooleanExpression& e) const {
-    const BooleanExpression* best = nullptr;
-    for (const BooleanExpression& child : e.children) {
-      if (!is_input(child, false)) continue;
-      if (best == nullptr || registers_.holder(record_.in[child.input]) != nullptr) best = &child;
+    const auto is_plain = [](const BooleanExpression& child) { return is_input(child, false); };
+    auto best = std::find_if(e.children.begin(), e.children.end(), is_plain);
+    for (auto child = best; child != e.children.end(); ++child) {
+      if (is_plain(*child) && registers_.holder(record_.in[child->input]) != nullptr) best = child;
     }
     return *best;
   }

@@ -29,7 +29,10 @@ template <Addressing kAddressing>
     return inside;
   };
   // Most paths that come here have two.
-  if (path[1] == 2) return next() && next() ? base + offset : nullptr;
+  if (path[1] == 2) {
+    if (!next()) return nullptr;
+    return next() ? base + offset : nullptr;
+  }
   for (std::uint32_t i = path[1]; i != 0; --i) {
     if (!next()) return nullptr;
   }
@@ -59,7 +62,7 @@ std::byte* part_via(Machine& m, std::uint32_t instance, const std::uint32_t* pc,
 template <Addressing kAddressing>
 std::optional<Pointer> moved(Machine& m, std::uint32_t instance, const std::uint32_t* pc, std::uint32_t operand,
                              const std::uint32_t* path) noexcept {
-  Pointer pointer = load<Pointer>(place<kAddressing>(m.table, instance, operand));
+  auto pointer = load<Pointer>(place<kAddressing>(m.table, instance, operand));
   pointer.bits += path[0];
   const std::uint32_t* index = path + 2;
   for (std::uint32_t i = path[1]; i != 0; --i, index += kIndexWords) {

@@ -50,7 +50,7 @@ struct Item {
 class Ready {
  public:
   /// `at`: when its inputs are there; never before those pushed earlier.
-  void push(std::uint32_t item, std::size_t at) { later_.push_back({at, item}); }
+  void push(std::uint32_t item, std::size_t at) { later_.emplace_back(at, item); }
   [[nodiscard]] std::size_t size() const { return now_.size() + later_.size(); }
   void advance(std::size_t now, const std::vector<std::uint32_t>& heights) {
     while (!later_.empty() && later_.front().first <= now) {

@@ -19,7 +19,7 @@ std::uint32_t WaitFreeExchange::add_range(std::uint32_t first, std::uint32_t cou
   range.first = first;
   range.count = count;
   range.use = use;
-  ranges_.push_back(std::move(range));
+  ranges_.push_back(range);
   return static_cast<std::uint32_t>(ranges_.size() - 1);
 }
 
@@ -237,8 +237,9 @@ void WaitFreeExchange::export_leaves(const GlobalTable::Leaves& leaves) noexcept
 // RT:
 [[gnu::hot]] void WaitFreeExchange::export_range(std::uint32_t range) noexcept {
   if (!may_publish()) return;
-  if (writing_ == nullptr && !stretches(range).empty()) open_snapshot();
-  for (const Stretch& s : stretches(range)) {
+  const std::span<const Stretch> all = stretches(range);
+  if (writing_ == nullptr && !all.empty()) open_snapshot();
+  for (const Stretch& s : all) {
     std::memcpy(writing_ + s.at, local_ + s.begin, s.end - s.begin);
   }
   for (const std::uint32_t l : leaves(range)) export_leaves(globals_.leaves_[l]);

@@ -96,7 +96,7 @@ Event shifted(void* result, const void* const* args, std::uint32_t) noexcept {
   using V = ValueOf<T>;
   const auto n = load<ValueOf<U>>(args[1]);
   Event event = Event::kNone;
-  std::uint64_t places = static_cast<std::uint64_t>(n);
+  auto places = static_cast<std::uint64_t>(n);
   if constexpr (std::is_signed_v<ValueOf<U>>) {
     if (n < 0) {
       event = Event::kOutOfRange;

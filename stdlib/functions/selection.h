@@ -137,7 +137,7 @@ struct Mux {
     const K k = load<K>(args[0]);
     const std::uint64_t inputs = count - 1;
     Event event = Event::kNone;
-    std::uint64_t index = static_cast<std::uint64_t>(k);
+    auto index = static_cast<std::uint64_t>(k);
     if (k < K{0} || index >= inputs) {
       event = Event::kBadIndex;
       index = k < K{0} ? 0 : inputs - 1;

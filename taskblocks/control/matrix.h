@@ -47,7 +47,7 @@ bool is_definite(const Matrix<kStates, kStates>& matrix);
 /// The same for a covariance: throws `complaint` also when it is none.
 template <int Size, std::size_t Count>
 Matrix<Size, Size> read_covariance(const std::array<double, Count>& numbers, int size, const char* complaint) {
-  const Matrix<Size, Size> matrix = read_matrix<Size, Size>(numbers, size, size, complaint);
+  Matrix<Size, Size> matrix = read_matrix<Size, Size>(numbers, size, size, complaint);
   if (!is_covariance(matrix)) throw picard::Failure(complaint);
   return matrix;
 }

@@ -1,12 +1,12 @@
 // Samples of any time in as many points as one wants: against a plain list of all of them; kills, full disks,
 // retention.
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <map>

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
-#include <time.h>
 
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <thread>
 
 #include "runtime/sched/priority.h"

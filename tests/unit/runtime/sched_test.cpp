@@ -1,6 +1,5 @@
 // Release grid, statistics, virtual-time and real-time schedulers.
 #include <sched.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <optional>
 #include <thread>
