@@ -152,7 +152,7 @@ class Mistakes(OwnFolder):
         b.run("scrollTo(0, 0)")
         b.button("Save").click()
         b.wait_for_text("Picture (column 19, row 11), File: ")
-        self.assertTrue(b.run("""
+        b.wait("it in view", lambda: b.run("""
           const box = document.querySelector(".hmi-grid .selected").getBoundingClientRect();
           return box.left >= 0 && box.right <= innerWidth && box.top >= 0 && box.bottom <= innerHeight;"""))
         b.size(1280, 800)
