@@ -73,7 +73,7 @@ void on_crash(int signal, siginfo_t* info, void* /*context*/) {
     if (kCrashes[i] == signal) ::sigaction(signal, &before[i], nullptr);
   }
   // What the processor found, it finds again on return; a signal that was sent has to be sent again.
-  if (info->si_code <= 0) ::raise(signal);
+  if (info->si_code <= 0) static_cast<void>(::raise(signal));
 }
 
 }  // namespace

@@ -41,11 +41,11 @@ void handle_signals() {
   action.sa_handler = on_report_signal;
   ::sigaction(SIGUSR1, &action, nullptr);
   // It means nothing here; who takes it for SIGUSR1 must not end control.
-  ::signal(SIGUSR2, SIG_IGN);
+  static_cast<void>(::signal(SIGUSR2, SIG_IGN));
   // WHY: a reader that goes away (plc-run .. | head) must not take the outputs' safe state with it.
-  ::signal(SIGPIPE, SIG_IGN);
+  static_cast<void>(::signal(SIGPIPE, SIG_IGN));
   // A limit on the size of files is an error of who writes one, as a full disk is.
-  ::signal(SIGXFSZ, SIG_IGN);
+  static_cast<void>(::signal(SIGXFSZ, SIG_IGN));
 }
 
 void let_signals_stop(io::Plant* plant) {

@@ -275,7 +275,7 @@ class FlowFinder {
 std::string users_text(const Image& image, const std::vector<std::uint32_t>& tasks, bool devices) {
   std::vector<std::string_view> names;
   for (const std::uint32_t t : tasks) names.push_back(image.tasks[t].name);
-  if (devices) names.push_back("devices");
+  if (devices) names.emplace_back("devices");
   return names.empty() ? "-" : fmt::format("{}", fmt::join(names, ", "));
 }
 
